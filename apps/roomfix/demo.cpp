@@ -1,0 +1,101 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "commands.hpp"
+#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/simulate/scenario.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Arguments {
+    std::string host = "127.0.0.1";
+    int port = 8080;
+    std::string fixes;
+    double seconds = 0;
+    std::uint64_t seed = 1;
+};
+
+/// The rooms without robots, rendered and learned.
+std::vector<CameraRenderer> prepare(const Scenario& scenario, SiteRunner& room, std::uint64_t seed) {
+    constexpr int background_frames = 30;
+    std::vector<CameraRenderer> renderers;
+    const auto progress = progress_bar("rendering the empty building");
+    for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {
+        renderers.emplace_back(scenario.scene, scenario.cameras[c].truth, scenario.cameras[c].sensor, seed * 31 + c);
+        BackgroundLearner learner;
+        LumaImage frame;
+        for (int i = 0; i < background_frames; ++i) {
+            renderers[c].render({}, light_at(-0.1 * i, seed + c), 1'000'000 + static_cast<std::uint64_t>(i), frame);
+            learner.add(frame);
+        }
+        room.set_background(c, learner.learn());
+        progress(static_cast<double>(c + 1) / static_cast<double>(scenario.cameras.size()));
+    }
+    return renderers;
+}
+
+int demo(const Arguments& arguments) {
+    const Scenario scenario = demo_scenario(arguments.seed);
+    auto runner = SiteRunner::create(scenario.site);
+    if (!runner) {
+        complain(runner.error().message);
+        return failed;
+    }
+    SiteRunner& room = **runner;
+    if (!arguments.fixes.empty()) {
+        if (auto opened = room.write_fixes_to(arguments.fixes); !opened) {
+            complain(opened.error().message);
+            return bad_input;
+        }
+    }
+    if (auto served = room.serve_page(arguments.host, arguments.port); !served) {
+        complain(served.error().message);
+        return bad_input;
+    }
+    const auto renderers = prepare(scenario, room, arguments.seed);
+    say(fmt::format("Two robots drive through a rendered building; three cameras find them.\n"
+                    "Open http://{}:{} in a browser. Ctrl-C ends the demo.", arguments.host, room.page_port()));
+
+    const auto start = std::chrono::steady_clock::now();
+    const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+    std::vector<Solid> solids;
+    LumaImage frame;
+    for (std::uint64_t i = 0; !stop_requested(); ++i) {
+        const auto elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start);
+        const double time = elapsed.count();
+        if (arguments.seconds > 0 && time > arguments.seconds) break;
+        solids.clear();
+        for (const ScenarioRobot& robot : scenario.robots) {
+            const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
+            solids.insert(solids.end(), parts.begin(), parts.end());
+        }
+        for (std::size_t c = 0; c < renderers.size(); ++c) {
+            renderers[c].render(solids, light_at(time, arguments.seed + c), i, frame);
+            (void)room.feed(c, frame, epoch + from_seconds(time));
+        }
+        const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
+        std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
+    }
+    return done;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& app, int& exit_code) {
+    auto* command = app.add_subcommand("demo", "a rendered building with robots, found live, on a map in the browser");
+    auto arguments = std::make_shared<Arguments>();
+    command->add_option("--host", arguments->host, "address to serve the page on")->capture_default_str();
+    command->add_option("--port", arguments->port, "port of the page; 0 picks a free one")->capture_default_str()->check(CLI::Range(0, 65535));
+    command->add_option("--fixes", arguments->fixes, "file for the fixes; - for stdout");
+    command->add_option("--seconds", arguments->seconds, "end by itself after that long");
+    command->add_option("--seed", arguments->seed, "of noise, clicks and sizes")->capture_default_str();
+    command->footer("Example: roomfix demo --port 8090");
+    command->callback([=, &exit_code] { exit_code = demo(*arguments); });
+}
+
+}  // namespace roomfix

@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "commands.hpp"
+#include "roomfix/simulate/write_session.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Arguments {
+    std::string scenario;
+    std::string folder;
+    SessionOptions session;
+};
+
+int simulate(const Arguments& arguments) {
+    const auto scenario = make_scenario(arguments.scenario, arguments.session.seed);
+    if (!scenario) {
+        complain(scenario.error().message);
+        return bad_input;
+    }
+    const auto written = write_session(*scenario, arguments.folder, arguments.session, progress_bar("rendering " + arguments.scenario));
+    if (!written) {
+        complain(written.error().message);
+        return bad_input;
+    }
+    say(fmt::format("{}: session written; try: roomfix run {}/site.yaml", arguments.folder, arguments.folder));
+    return done;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, int& exit_code) {
+    auto* command = app.add_subcommand("simulate", "renders a session with exact truth");
+    auto arguments = std::make_shared<Arguments>();
+    command->add_option("SCENARIO", arguments->scenario, fmt::format("one of {}", fmt::join(scenario_names(), ", ")))->required();
+    command->add_option("-o,--output", arguments->folder, "session folder to write")->required();
+    command->add_option("--duration", arguments->session.duration, "seconds (default: the scenario's)")->check(CLI::Range(0.05, 36000.0));
+    command->add_option("--seed", arguments->session.seed, "noise, clicks, sizes")->capture_default_str();
+    command->add_flag("--png", arguments->session.png, "lossless frames instead of JPEG");
+    command->footer("Example: roomfix simulate li2014 -o /tmp/li2014 --duration 10");
+    command->callback([=, &exit_code] { exit_code = simulate(*arguments); });
+}
+
+}  // namespace roomfix

@@ -1,0 +1,50 @@
+#include "roomfix/base/number.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace roomfix {
+
+std::optional<double> parse_number(std::string_view text) {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const char* begin = text.data();
+    if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++begin;
+    const auto [stop, status] = std::from_chars(begin, end, value);
+    if (status != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+std::optional<std::int64_t> parse_integer(std::string_view text) {
+    std::int64_t value = 0;
+    const char* end = text.data() + text.size();
+    const auto [stop, status] = std::from_chars(text.data(), end, value);
+    if (status != std::errc() || stop != end) return std::nullopt;
+    return value;
+}
+
+std::string number_text(double value) {
+    std::array<char, 40> buffer;
+    const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    return status == std::errc() ? std::string(buffer.data(), end) : std::string("0");
+}
+
+std::string fixed_text(double value, int decimals) {
+    std::array<char, 400> buffer;
+    const auto [end, status] =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
+    return status == std::errc() ? std::string(buffer.data(), end) : number_text(value);
+}
+
+std::string seconds_text(std::int64_t nanoseconds) {
+    const bool negative = nanoseconds < 0;
+    const std::uint64_t magnitude =
+        negative ? ~static_cast<std::uint64_t>(nanoseconds) + 1 : static_cast<std::uint64_t>(nanoseconds);
+    std::string fraction = std::to_string(magnitude % 1'000'000'000U);
+    fraction.insert(0, 9 - fraction.size(), '0');
+    while (fraction.size() > 1 && fraction.back() == '0') fraction.pop_back();
+    return (negative ? "-" : "") + std::to_string(magnitude / 1'000'000'000U) + "." + fraction;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,26 @@
+// Numbers as text, the same in every locale.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace roomfix {
+
+/// The whole of `text` as a finite decimal number (no leading or trailing blanks, no "nan" or "inf"); nothing otherwise.
+std::optional<double> parse_number(std::string_view text);
+
+/// The whole of `text` as a decimal integer; nothing otherwise, also on overflow.
+std::optional<std::int64_t> parse_integer(std::string_view text);
+
+/// The shortest text that reads back as the same number, with a dot as decimal point.
+std::string number_text(double value);
+
+/// `value` with a fixed number of decimals.
+std::string fixed_text(double value, int decimals);
+
+/// Nanoseconds as decimal seconds without loss: 12345678901 -> "12.345678901".
+std::string seconds_text(std::int64_t nanoseconds);
+
+}  // namespace roomfix

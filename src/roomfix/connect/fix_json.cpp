@@ -1,0 +1,57 @@
+#include "roomfix/connect/fix_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "roomfix/base/number.hpp"
+
+namespace roomfix {
+namespace {
+
+std::string quoted(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// A length or angle with as many digits as anybody can use.
+std::string rounded(double value) { return number_text(std::round(value * 1e6) / 1e6); }
+
+std::string pose_fields(const Pose2& pose, bool yaw_known) {
+    return "\"x\": " + rounded(pose.x) + ", \"y\": " + rounded(pose.y) + ", \"yaw\": " + (yaw_known ? rounded(pose.yaw) : "null");
+}
+
+/// Nine significant decimals keep the matrix positive definite and the line readable.
+std::string covariance_text(const Eigen::Matrix3d& covariance) {
+    std::string text = "[";
+    for (int i = 0; i < 9; ++i) {
+        const double value = covariance(i / 3, i % 3);
+        const double scale = value == 0 ? 1 : std::pow(10.0, 8 - std::floor(std::log10(std::abs(value))));
+        text += (i ? ", " : "") + number_text(std::round(value * scale) / scale);
+    }
+    return text + "]";
+}
+
+}  // namespace
+
+std::string fix_line(const Fix& fix) {
+    // Written by hand: times need all their nanoseconds, and the order of the keys is part of the format.
+    std::string line = "{\"time\": " + seconds_text(fix.time) + ", \"robot\": " + (fix.robot.empty() ? "null" : quoted(fix.robot));
+    line += std::string(", \"status\": \"") + (fix.status == FixStatus::ok ? "ok" : fix.status == FixStatus::coasting ? "coasting" : "none") + "\"";
+    if (fix.status == FixStatus::none) {
+        line += ", \"reason\": " + quoted(fix.reason);
+    } else {
+        line += ", " + pose_fields(fix.pose, fix.yaw_known) + ", \"covariance\": " + covariance_text(fix.covariance);
+    }
+    line += ", \"sources\": [";
+    for (std::size_t i = 0; i < fix.sources.size(); ++i) line += (i ? ", " : "") + quoted(fix.sources[i]);
+    line += "]";
+    if (!fix.image.empty()) line += ", \"image\": " + quoted(fix.image);
+    if (fix.hypotheses.size() > 1) {
+        line += ", \"hypotheses\": [";
+        for (std::size_t i = 0; i < fix.hypotheses.size(); ++i) {
+            line += (i ? ", {" : "{") + pose_fields(fix.hypotheses[i].pose, fix.yaw_known) + ", \"weight\": " + rounded(fix.hypotheses[i].weight) + "}";
+        }
+        line += "]";
+    }
+    return line + "}";
+}
+
+}  // namespace roomfix

@@ -1,0 +1,124 @@
+#include "roomfix/connect/frame_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/videoio.hpp>
+#include <vector>
+
+#include "roomfix/base/number.hpp"
+#include "roomfix/imaging/load_luma.hpp"
+
+namespace roomfix {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_picture(const fs::path& file) {
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return ending == ".jpg" || ending == ".jpeg" || ending == ".png" || ending == ".pgm" || ending == ".bmp" || ending == ".tif" || ending == ".tiff";
+}
+
+class FolderSource : public FrameSource {
+public:
+    explicit FolderSource(std::vector<fs::path> files) : files_(std::move(files)) {}
+
+    Result<bool> next(SourceFrame& frame) override {
+        if (next_ == files_.size()) return false;
+        const fs::path& file = files_[next_];
+        const auto stamp = parse_integer(file.stem().string());
+        frame.time = stamp ? *stamp : from_seconds(0.1 * static_cast<double>(next_));
+        frame.name = file.filename().string();
+        ++next_;
+        const auto loaded = load_luma(file, frame.image, buffer_);
+        if (!loaded) return loaded.error();
+        return true;
+    }
+    bool live() const override { return false; }
+    std::int64_t count() const override { return static_cast<std::int64_t>(files_.size()); }
+
+private:
+    std::vector<fs::path> files_;
+    std::size_t next_ = 0;
+    std::vector<std::uint8_t> buffer_;
+};
+
+class VideoSource : public FrameSource {
+public:
+    VideoSource(cv::VideoCapture capture, bool live) : capture_(std::move(capture)), live_(live) {
+        const double rate = capture_.get(cv::CAP_PROP_FPS);
+        if (rate > 0.1 && rate < 1000) interval_ = 1 / rate;
+        if (!live) count_ = std::llround(std::clamp(capture_.get(cv::CAP_PROP_FRAME_COUNT), 0.0, 1e9));
+    }
+
+    Result<bool> next(SourceFrame& frame) override {
+        try {
+            if (!capture_.read(picture_) || picture_.empty()) return false;
+        } catch (const cv::Exception& problem) {
+            return Error{fmt::format("the video cannot be read on: {}", problem.err)};
+        }
+        const auto now = std::chrono::system_clock::now().time_since_epoch();
+        frame.time = live_ ? std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() : from_seconds(interval_ * static_cast<double>(number_));
+        frame.name = std::to_string(++number_);
+        const auto converted = luma_from_mat(picture_, frame.image);
+        if (!converted) return converted.error();
+        return true;
+    }
+    bool live() const override { return live_; }
+    std::int64_t count() const override { return live_ ? -1 : count_; }
+
+private:
+    cv::VideoCapture capture_;
+    cv::Mat picture_;
+    bool live_;
+    double interval_ = 0.1;
+    std::int64_t number_ = 0;
+    std::int64_t count_ = -1;
+};
+
+Result<std::unique_ptr<FrameSource>> open_folder(const fs::path& folder) {
+    std::vector<fs::path> files;
+    std::error_code failure;
+    for (const auto& entry : fs::directory_iterator(folder, failure)) {
+        if (entry.is_regular_file(failure) && is_picture(entry.path())) files.push_back(entry.path());
+    }
+    if (failure) return Error{fmt::format("{}: the folder cannot be read: {}", folder.string(), failure.message())};
+    if (files.empty()) return Error{fmt::format("{}: no picture in this folder: put .jpg or .png files there", folder.string())};
+    std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+        const auto x = parse_integer(a.stem().string());
+        const auto y = parse_integer(b.stem().string());
+        return x && y ? *x < *y : a.filename() < b.filename();
+    });
+    return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::move(files)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FrameSource>> open_source(const std::string& source) {
+    const bool address = source.find("://") != std::string::npos;
+    const bool device = source.starts_with("/dev/");
+    std::error_code failure;
+    if (!address && !device) {
+        const fs::path path(source);
+        if (!fs::exists(path, failure)) return Error{fmt::format("{}: does not exist: check 'source' in the site file", source)};
+        if (fs::is_directory(path, failure)) return open_folder(path);
+        if (is_picture(path)) return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::vector{path}));
+    }
+    try {
+        cv::VideoCapture capture;
+        capture.setExceptionMode(false);
+        const auto number = device ? parse_integer(source.substr(std::string("/dev/video").size() <= source.size() ? 10 : 0)) : std::nullopt;
+        const bool opened = number ? capture.open(static_cast<int>(*number), cv::CAP_V4L2) : capture.open(source, cv::CAP_ANY);
+        if (opened) return std::unique_ptr<FrameSource>(std::make_unique<VideoSource>(std::move(capture), address || device));
+    } catch (const cv::Exception&) {
+    }
+    if (device) return Error{fmt::format("{}: cannot be opened: is the camera plugged in, and may you read it (group video)?", source)};
+    if (address) return Error{fmt::format("{}: no stream comes from there: check the address, user and password in a player", source)};
+    return Error{fmt::format("{}: not a video that can be read: convert it to MJPEG or H.264", source)};
+}
+
+}  // namespace roomfix

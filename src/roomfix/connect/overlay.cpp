@@ -1,0 +1,57 @@
+#include "roomfix/connect/overlay.hpp"
+
+#include <fmt/format.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace roomfix {
+namespace {
+
+const cv::Scalar outline_colour(80, 200, 60);   // BGR
+const cv::Scalar heading_colour(40, 140, 255);
+
+}  // namespace
+
+Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view,
+                          const std::vector<SilhouetteObservation>& observations, const std::vector<std::string>& labels,
+                          const OverlayOptions& options) {
+    try {
+        const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
+        cv::Mat picture;
+        cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+        for (int y = 0; options.foreground && y < frame.height; ++y) {
+            for (int x = 0; x < frame.width; ++x) {
+                if (options.foreground->at(x, y)) picture.at<cv::Vec3b>(y, x)[0] = 255;
+            }
+        }
+        const cv::Rect crop = options.crop_width > 0 ? cv::Rect(options.crop_x, options.crop_y, options.crop_width, options.crop_height)
+                                                     : cv::Rect(0, 0, frame.width, frame.height);
+        cv::Mat large;
+        cv::resize(picture(crop & cv::Rect(0, 0, frame.width, frame.height)), large, {}, options.zoom, options.zoom, cv::INTER_NEAREST);
+        // Sixteenths of a pixel; the centre of pixel 0 lies half a large pixel inside.
+        const auto place = [&](const Eigen::Vector2d& p) {
+            return cv::Point(static_cast<int>(16 * ((p.x() - crop.x + 0.5) * options.zoom - 0.5)),
+                             static_cast<int>(16 * ((p.y() - crop.y + 0.5) * options.zoom - 0.5)));
+        };
+        for (std::size_t i = 0; i < observations.size(); ++i) {
+            const SilhouetteObservation& o = observations[i];
+            std::vector<cv::Point> polygon;
+            for (const auto& corner : o.outline) polygon.push_back(place(corner.cast<double>()));
+            cv::polylines(large, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
+            const auto foot = project_map_point(view, {o.pose.x, o.pose.y, 0});
+            const auto nose = project_map_point(view, {o.pose.x + 0.4 * std::cos(o.pose.yaw), o.pose.y + 0.4 * std::sin(o.pose.yaw), 0});
+            if (foot && nose && o.yaw_known) cv::arrowedLine(large, place(*foot), place(*nose), heading_colour, 2, cv::LINE_AA, 4, 0.25);
+            if (foot) cv::circle(large, place(*foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
+            if (i < labels.size() && foot) {
+                cv::Point at = place(o.outline[0].cast<double>());
+                cv::putText(large, labels[i], {at.x / 16, at.y / 16 - 8}, cv::FONT_HERSHEY_SIMPLEX, 0.45, outline_colour, 1, cv::LINE_AA);
+            }
+        }
+        if (cv::imwrite(file.string(), large)) return {};
+    } catch (const cv::Exception&) {
+    }
+    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+}
+
+}  // namespace roomfix

@@ -1,0 +1,15 @@
+// Convex hulls of small point sets.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+namespace roomfix {
+
+/// Indices of the convex hull of `points`, so that the interior lies on the side of positive cross product (counter-clockwise
+/// with y up, clockwise on the screen with y down). Collinear points are left out. `hull` and `order` must have room for
+/// points.size() + 1 indices; returns how many of `hull` are used. No allocation.
+/// Source: Andrew's monotone chain, 1979.
+int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull);
+
+}  // namespace roomfix

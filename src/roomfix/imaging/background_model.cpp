@@ -1,0 +1,250 @@
+#include "roomfix/imaging/background_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "roomfix/imaging/background_rows.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double sigma_per_deviation = 1.2533;  // sqrt(pi / 2), for normal noise
+
+std::uint16_t limit_factor(const BackgroundSettings& settings) {
+    return static_cast<std::uint16_t>(std::lround(settings.limit_sigmas * sigma_per_deviation * 256));
+}
+
+/// A row that may be read up to the next multiple of 64 pixels: the frame's own if it is that wide, otherwise a copy.
+class PaddedRow {
+public:
+    PaddedRow(const LumaView& frame, int words) : frame_(frame), needed_(words * 64) {
+        if (frame.stride < needed_) copy_.resize(static_cast<std::size_t>(needed_));
+    }
+    const std::uint8_t* operator()(int y) {
+        if (copy_.empty()) return frame_.row(y);
+        std::memcpy(copy_.data(), frame_.row(y), static_cast<std::size_t>(frame_.width));
+        return copy_.data();
+    }
+
+private:
+    LumaView frame_;
+    int needed_;
+    std::vector<std::uint8_t> copy_;
+};
+
+}  // namespace
+
+BackgroundModel::BackgroundModel(int width, int height, const std::vector<float>& mean, const std::vector<float>& noise,
+                                 const BackgroundSettings& settings)
+    : settings_(settings), mean_(width, height), limit_(width, height) {
+    const auto stride = static_cast<std::size_t>(mean_.view().stride);
+    mean_fine_.assign(stride * static_cast<std::size_t>(height), 0);
+    deviation_.assign(mean_fine_.size(), 0);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const auto from = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+            const auto to = static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x);
+            mean_fine_[to] = static_cast<std::uint16_t>(std::lround(std::clamp(mean[from], 0.0f, 255.0f) * 256));
+            deviation_[to] = static_cast<std::uint16_t>(std::lround(static_cast<double>(std::clamp(noise[from], 0.2f, 60.0f)) / sigma_per_deviation * 256));
+            mean_.row(y)[x] = static_cast<std::uint8_t>(std::min(mean_fine_[to] + 128, 65535) >> 8);
+            limit_.row(y)[x] = static_cast<std::uint8_t>(std::min<int>(
+                settings.limit_floor + ((deviation_[to] * limit_factor(settings)) >> 16) + (mean_.row(y)[x] >> 6), 255));
+        }
+    }
+}
+
+/// The light of each block against the background: measured on every eighth row, the median over the frame for all that is
+/// covered by something, smoothed over the neighbours.
+void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
+    const int across = blocks_x();
+    const int down = blocks_y();
+    const auto count = static_cast<std::size_t>(across) * static_cast<std::size_t>(down);
+    result.ratios.resize(count);
+    result.gain.resize(count);
+    std::array<PairSum, 1024> sums;
+    PaddedRow padded(frame, across);
+    for (int by = 0; by < down; ++by) {
+        for (int first = 0; first < across; first += 1024) {
+            const int words = std::min(across - first, 1024);
+            std::fill_n(sums.begin(), words, PairSum{0, 0});
+            for (int y = by * block_height + 4; y < std::min((by + 1) * block_height, height()); y += 8) {
+                simd::add_sums({padded(y) + first * 64, mean_.row(y) + first * 64, nullptr, nullptr, words}, sums.data());
+            }
+            for (int i = 0; i < words; ++i) {
+                const PairSum& s = sums[static_cast<std::size_t>(i)];
+                result.ratios[static_cast<std::size_t>(by * across + first + i)] =
+                    s.background > 0 ? static_cast<float>(s.frame) / static_cast<float>(s.background) : -1.0f;
+            }
+        }
+    }
+    result.sorted.clear();
+    for (const float ratio : result.ratios) {
+        if (ratio >= 0) result.sorted.push_back(ratio);
+    }
+    if (result.sorted.empty()) result.sorted.push_back(1.0f);
+    const auto middle = result.sorted.begin() + static_cast<std::ptrdiff_t>(result.sorted.size() / 2);
+    std::nth_element(result.sorted.begin(), middle, result.sorted.end());
+    const float global = std::clamp(*middle, 0.1f, 10.0f);
+    result.global_gain = global;
+
+    const float widest = static_cast<float>(settings_.largest_local_gain) * global;
+    int covered = 0;
+    for (int by = 0; by < down; ++by) {
+        for (int bx = 0; bx < across; ++bx) {
+            float sum = 0;
+            int used = 0;
+            for (int y = std::max(by - 1, 0); y <= std::min(by + 1, down - 1); ++y) {
+                for (int x = std::max(bx - 1, 0); x <= std::min(bx + 1, across - 1); ++x) {
+                    const float ratio = result.ratios[static_cast<std::size_t>(y * across + x)];
+                    if (std::abs(ratio - global) > widest) continue;
+                    sum += ratio;
+                    ++used;
+                }
+            }
+            const auto block = static_cast<std::size_t>(by * across + bx);
+            covered += std::abs(result.ratios[block] - global) > widest;
+            const float gain = used >= 3 ? sum / static_cast<float>(used) : global;
+            result.gain[block] = static_cast<std::uint16_t>(std::lround(std::clamp(gain, 0.05f, 60.0f) * 1024));
+        }
+    }
+    result.covered = static_cast<double>(covered) / static_cast<double>(count);
+}
+
+void BackgroundModel::classify(LumaView frame, Foreground& result) const {
+    if (result.mask.width() != width() || result.mask.height() != height()) {
+        result.mask.resize(width(), height());
+        result.shadow.resize(width(), height());
+    }
+    estimate_gain(frame, result);
+    const int words = result.mask.words();
+    PaddedRow padded(frame, words);
+    for (int y = 0; y < height(); ++y) {
+        const std::uint16_t* gain = result.gain.data() + (y / block_height) * blocks_x();
+        std::uint64_t* row = result.mask.row(y);
+        simd::classify_row({padded(y), mean_.row(y), limit_.row(y), gain, words}, row);
+        row[words - 1] &= result.mask.tail();
+        WordSpan span{0, words};
+        while (span.first < span.last && !row[span.first]) ++span.first;
+        while (span.last > span.first && !row[span.last - 1]) --span.last;
+        result.mask.span(y) = span;
+    }
+
+    const auto darkest = static_cast<std::uint16_t>(std::lround(settings_.shadow_darkest * 65536));
+    PaddedRow above(frame, words);
+    PaddedRow below(frame, words);
+    result.shadow.clear();
+    for (int y = 0; y < height(); ++y) {
+        const WordSpan span = result.mask.span(y);
+        if (span.empty()) continue;
+        const int up = std::max(y - 2, 0);
+        const int down = std::min(y + 2, height() - 1);
+        const simd::ShadowRow row{{padded(y), mean_.row(y), limit_.row(y), result.gain.data() + (y / block_height) * blocks_x(), words},
+                                  above(up), below(down), mean_.row(up), mean_.row(down), darkest, width()};
+        simd::shadow_row(row, span.first, span.last, result.mask.row(y), result.shadow.row(y));
+        result.shadow.span(y) = span;
+    }
+}
+
+void BackgroundModel::refresh(LumaView frame, const Foreground& foreground, const BitMask& keep) {
+    const int words = keep.words();
+    const int rows = std::max(1, (height() + settings_.refresh_passes - 1) / settings_.refresh_passes);
+    PaddedRow padded(frame, words);
+    std::array<std::uint16_t, 1024> inverse_gain;
+    for (int i = 0; i < rows; ++i) {
+        const int y = next_row_;
+        const auto stride = static_cast<std::size_t>(mean_.view().stride) * static_cast<std::size_t>(y);
+        for (int first = 0; first < words; first += 1024) {
+            const int part = std::min(words - first, 1024);
+            const std::uint16_t* gain = foreground.gain.data() + (y / block_height) * blocks_x() + first;
+            for (int w = 0; w < part; ++w) {
+                inverse_gain[static_cast<std::size_t>(w)] = static_cast<std::uint16_t>(std::min(32768 * 1024 / gain[w], 65535));
+            }
+            const auto start = stride + static_cast<std::size_t>(first) * 64;
+            simd::refresh_row({padded(y) + first * 64, keep.row(y) + first, inverse_gain.data(), mean_fine_.data() + start,
+                               deviation_.data() + start, mean_.row(y) + first * 64, limit_.row(y) + first * 64, part,
+                               settings_.mean_shift, settings_.noise_shift, limit_factor(settings_),
+                               static_cast<std::uint8_t>(settings_.limit_floor)});
+        }
+        if (++next_row_ == height()) {
+            next_row_ = 0;
+            ++passes_;
+        }
+    }
+}
+
+bool BackgroundLearner::add(LumaView frame) {
+    if (!frames_.empty() && (frame.width != frames_[0].width() || frame.height != frames_[0].height())) return false;
+    if (offered_++ % step_ != 0) return true;
+    if (frames() == capacity_) {
+        for (std::size_t i = 0; 2 * i < frames_.size(); ++i) std::swap(frames_[i], frames_[2 * i]);
+        frames_.resize((frames_.size() + 1) / 2);
+        step_ *= 2;
+        if ((offered_ - 1) % step_ != 0) return true;
+    }
+    frames_.push_back(copy_of(frame));
+    return true;
+}
+
+BackgroundModel BackgroundLearner::learn(const BackgroundSettings& settings) const {
+    if (frames_.empty()) return {};
+    const int width = frames_[0].width();
+    const int height = frames_[0].height();
+    const std::size_t count = frames_.size();
+
+    // The whole frame's gain against the first, from the median of the rows' ratios.
+    std::vector<float> inverse_gain(count, 1.0f);
+    for (std::size_t f = 1; f < count; ++f) {
+        std::vector<float> ratios;
+        for (int y = 0; y < height; y += 4) {
+            for (int x = 0; x + 32 <= width; x += 32) {
+                float mine = 0;
+                float first = 0;
+                for (int i = 0; i < 32; ++i) {
+                    mine += frames_[f].row(y)[x + i];
+                    first += frames_[0].row(y)[x + i];
+                }
+                if (mine > 0) ratios.push_back(first / mine);
+            }
+        }
+        if (ratios.empty()) continue;
+        const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+        std::nth_element(ratios.begin(), middle, ratios.end());
+        inverse_gain[f] = *middle;
+    }
+
+    std::vector<float> mean(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    std::vector<float> noise(mean.size(), 4.0f);
+    std::vector<float> values(count);
+    std::vector<float> sorted(count);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            for (std::size_t f = 0; f < count; ++f) values[f] = frames_[f].row(y)[x] * inverse_gain[f];
+            sorted = values;
+            const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(count / 2);
+            std::nth_element(sorted.begin(), middle, sorted.end());
+            const float median = *middle;
+            for (std::size_t f = 0; f < count; ++f) sorted[f] = std::abs(values[f] - median);
+            std::nth_element(sorted.begin(), middle, sorted.end());
+            const float widest = 4 * std::max(*middle, 1.0f);
+            float sum = 0;
+            float squares = 0;
+            float used = 0;
+            for (const float v : values) {
+                if (std::abs(v - median) > widest) continue;
+                sum += v;
+                squares += v * v;
+                used += 1;
+            }
+            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+            mean[at] = sum / used;
+            if (used < 2) continue;
+            // With few frames the spread is itself uncertain: mix in one made-up frame with a noise of 4 grey levels.
+            const float spread = std::max(squares - used * mean[at] * mean[at], 0.0f);
+            noise[at] = std::sqrt((spread + 16.0f) / used);
+        }
+    }
+    return {width, height, mean, noise, settings};
+}
+
+}  // namespace roomfix

@@ -1,0 +1,83 @@
+#include "roomfix/imaging/load_luma.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace roomfix {
+
+Result<void> luma_from_mat(const cv::Mat& mat, LumaImage& image) {
+    if (mat.empty()) return Error{"the picture is empty"};
+    if (mat.depth() != CV_8U && mat.depth() != CV_16U) {
+        return Error{"pictures must have 8 or 16 bits per channel: convert it first"};
+    }
+    try {
+        cv::Mat narrow = mat;
+        if (mat.depth() == CV_16U) mat.convertTo(narrow, CV_8U, 1.0 / 256);
+        image.resize(mat.cols, mat.rows);
+        cv::Mat grey(mat.rows, mat.cols, CV_8UC1, image.row(0), static_cast<std::size_t>(image.view().stride));
+        switch (mat.channels()) {
+            case 1: narrow.copyTo(grey); break;
+            case 3: cv::cvtColor(narrow, grey, cv::COLOR_BGR2GRAY); break;
+            case 4: cv::cvtColor(narrow, grey, cv::COLOR_BGRA2GRAY); break;
+            default: return Error{fmt::format("a picture with {} channels is not grey, BGR or BGRA", mat.channels())};
+        }
+    } catch (const cv::Exception& problem) {
+        return Error{fmt::format("OpenCV could not convert the picture: {}", problem.err)};
+    }
+    return {};
+}
+
+Result<void> decode_luma(std::span<const std::uint8_t> bytes, LumaImage& image) {
+    if (bytes.empty()) return Error{"the picture has no bytes"};
+    if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8) return decode_jpeg_luma(bytes, image);
+    try {
+        const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data()));
+        const cv::Mat decoded = cv::imdecode(raw, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
+        if (decoded.empty()) return Error{"not a picture that can be read, or damaged: use PNG or JPEG"};
+        return luma_from_mat(decoded, image);
+    } catch (const std::exception& problem) {
+        return Error{fmt::format("the picture could not be decoded ({}): use PNG or JPEG", problem.what())};
+    }
+}
+
+Result<void> load_luma(const std::filesystem::path& file, LumaImage& image, std::vector<std::uint8_t>& buffer) {
+    std::error_code failure;
+    if (std::filesystem::is_directory(file, failure)) {
+        return Error{fmt::format("{}: is a folder, not a picture: name the picture inside it", file.string())};
+    }
+    std::ifstream stream(file, std::ios::binary | std::ios::ate);
+    if (!stream) return Error{fmt::format("{}: cannot be opened: check the name and the permissions", file.string())};
+    buffer.resize(static_cast<std::size_t>(stream.tellg()));
+    stream.seekg(0);
+    stream.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
+    if (!stream) return Error{fmt::format("{}: cannot be read", file.string())};
+    auto decoded = decode_luma(buffer, image);
+    if (!decoded) return Error{fmt::format("{}: {}", file.string(), decoded.error().message)};
+    return {};
+}
+
+Result<LumaImage> load_luma(const std::filesystem::path& file) {
+    LumaImage image;
+    std::vector<std::uint8_t> buffer;
+    auto loaded = load_luma(file, image, buffer);
+    if (!loaded) return loaded.error();
+    return image;
+}
+
+Result<void> save_luma(const std::filesystem::path& file, LumaView image) {
+    const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
+                       static_cast<std::size_t>(image.stride));
+    try {
+        std::vector<int> options;
+        if (file.extension() == ".jpg") options = {cv::IMWRITE_JPEG_QUALITY, 92};
+        if (file.extension() == ".png") options = {cv::IMWRITE_PNG_COMPRESSION, 3};
+        if (cv::imwrite(file.string(), grey, options)) return {};
+    } catch (const cv::Exception&) {
+    }
+    return Error{fmt::format("{}: cannot be written: check that the folder exists and has room", file.string())};
+}
+
+}  // namespace roomfix

@@ -1,0 +1,282 @@
+#include "roomfix/overhead/outline_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "roomfix/overhead/edge_profile.hpp"
+
+namespace roomfix {
+namespace {
+
+using Vector4d = Eigen::Vector4d;
+using Matrix4d = Eigen::Matrix4d;
+constexpr int most_samples = 192;
+
+/// A place on the predicted outline where the picture is asked for an edge.
+struct Sample {
+    Eigen::Vector2d pixel;
+    Eigen::Vector2d normal;              // outwards, unit
+    Vector4d by_state;                   // d(outline position along the normal) / d(x, y, yaw, inset)
+    Eigen::Matrix<double, 1, 6> by_camera;
+    int edge = 0;                        // number of the outline's side
+    bool on_floor = false;
+    double scale = 0;                    // px per metre along the normal, for the size error
+    EdgeReading reading;
+};
+
+struct Samples {
+    std::array<Sample, most_samples> list;
+    int count = 0;
+    int edges = 0;
+    int total = 0;
+    std::span<Sample> all() { return {list.data(), static_cast<std::size_t>(count)}; }
+    std::span<const Sample> all() const { return {list.data(), static_cast<std::size_t>(count)}; }
+};
+
+bool hidden(const Eigen::Vector2d& pixel, std::span<const Silhouette> others) {
+    for (const Silhouette& other : others) {
+        if (other.valid() && inside_polygon(other.polygon(), pixel, 3)) return true;
+    }
+    return false;
+}
+
+/// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others.
+void place_samples(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose,
+                   const Silhouette& silhouette, std::span<const Silhouette> others, const OutlineFitSettings& settings,
+                   Samples& samples) {
+    samples.count = 0;
+    samples.total = 0;
+    samples.edges = silhouette.count;
+    double length = 0;
+    for (int i = 0; i < silhouette.count; ++i) {
+        const auto a = static_cast<std::size_t>(i);
+        length += (silhouette.corners[static_cast<std::size_t>((i + 1) % silhouette.count)] - silhouette.corners[a]).norm();
+    }
+    const double spacing = std::max(2.0, length / std::min(settings.samples, most_samples - ShapePoints::capacity));
+    const Eigen::Vector2d middle = polygon_centroid(silhouette.polygon());
+    const double width = evidence.frame.width - 1.0;
+    const double height = evidence.frame.height - 1.0;
+    double carried = 0;  // sides shorter than the spacing share their samples
+    for (int i = 0; i < silhouette.count; ++i) {
+        const auto here = static_cast<std::size_t>(i);
+        const auto next = static_cast<std::size_t>((i + 1) % silhouette.count);
+        const double side = (silhouette.corners[next] - silhouette.corners[here]).norm();
+        const int count = static_cast<int>((side + carried) / spacing);
+        carried = side + carried - count * spacing;
+        if (count == 0) continue;
+        const Eigen::Vector3d from = body_point_map(shape, silhouette.indices[here], pose);
+        const Eigen::Vector3d to = body_point_map(shape, silhouette.indices[next], pose);
+        // Image points of even spacing are not even in space; good enough within one side.
+        for (int k = 0; k < count && samples.count < most_samples; ++k) {
+            ++samples.total;
+            const Eigen::Vector3d p = from + (to - from) * ((k + 0.5) / count);
+            ViewJacobian jacobian;
+            const auto pixel = project_map_point(view, p, &jacobian);
+            if (!pixel || pixel->x() < 3 || pixel->y() < 3 || pixel->x() > width - 3 || pixel->y() > height - 3) continue;
+            if (hidden(*pixel, others)) continue;
+            const Eigen::Vector2d tangent = (jacobian.by_point * (to - from)).normalized();
+            Sample& s = samples.list[static_cast<std::size_t>(samples.count++)];
+            s.pixel = *pixel;
+            s.normal = {tangent.y(), -tangent.x()};
+            if (s.normal.dot(*pixel - middle) < 0) s.normal = -s.normal;
+            const Eigen::RowVector3d along = s.normal.transpose() * jacobian.by_point;
+            s.by_state << along.x(), along.y(), along.y() * (p.x() - pose.x) - along.x() * (p.y() - pose.y), 1;
+            s.by_camera = s.normal.transpose() * jacobian.by_pose;
+            s.scale = along.norm();
+            s.edge = i;
+            s.on_floor = p.z() < 1e-6;
+            s.reading = {};
+        }
+    }
+}
+
+/// Standard deviation of one reading, without what its edge has in common.
+double reading_sigma(const Sample& s, const OutlineFitSettings& settings) {
+    return std::hypot(s.reading.sigma, settings.edge_noise);
+}
+
+/// Variance of the error that all readings of an edge share.
+double common_variance(const Sample& s, const ShapePoints& shape, const OutlineFitSettings& settings) {
+    const double size = 0.5 * shape.size_sigma * s.scale;
+    const double floor = s.on_floor ? settings.floor_noise : 0;
+    const double shadow = s.reading.shadowed ? 2 * settings.common_noise : 0;
+    return settings.common_noise * settings.common_noise + size * size + floor * floor + shadow * shadow;
+}
+
+struct Normal {
+    Matrix4d information;
+    Vector4d gradient;
+    Eigen::Matrix<double, 4, 6> by_camera;  // J^T W d(reading)/d(camera)
+    double squares = 0;
+    double edge_squares = 0;  // squared mean residual of each edge over its variance, summed
+    int edges = 0;
+    int used = 0;
+};
+
+/// Weighted least squares of the readings, robust by Geman and McClure's weight: a reading off by much more than
+/// `robust_scale` (px) has no say, such as one on a recess of the body. Readings of one edge share an error:
+/// W = (D + c 1 1^T)^-1, applied edge by edge with the Sherman-Morrison formula.
+Normal accumulate(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, const Vector4d& state,
+                  double robust_scale) {
+    Normal normal{Matrix4d::Zero(), Vector4d::Zero(), Eigen::Matrix<double, 4, 6>::Zero()};
+    normal.information(3, 3) = 1 / (settings.inset_noise * settings.inset_noise);
+    normal.gradient[3] = -state[3] * normal.information(3, 3);
+    const auto all = samples.all();
+    for (std::size_t first = 0; first < all.size();) {
+        std::size_t last = first;
+        double sum = 0;
+        double common = 0;
+        Vector4d by_state = Vector4d::Zero();
+        Eigen::Matrix<double, 1, 6> by_camera = Eigen::Matrix<double, 1, 6>::Zero();
+        double residuals = 0;
+        for (; last < all.size() && all[last].edge == all[first].edge; ++last) {
+            const Sample& s = all[last];
+            if (!s.reading.found) continue;
+            const double sigma = reading_sigma(s, settings);
+            const double residual = s.reading.offset - s.by_state.dot(state);
+            const double relative2 = residual * residual / (robust_scale * robust_scale + common_variance(s, shape, settings));
+            const double weight = 1 / (sigma * sigma * (1 + relative2) * (1 + relative2));
+            normal.information += weight * s.by_state * s.by_state.transpose();
+            normal.gradient += weight * residual * s.by_state;
+            normal.by_camera += weight * s.by_state * s.by_camera;
+            normal.squares += weight * residual * residual;
+            sum += weight;
+            common = std::max(common, common_variance(s, shape, settings));
+            by_state += weight * s.by_state;
+            by_camera += weight * s.by_camera;
+            residuals += weight * residual;
+            ++normal.used;
+        }
+        if (sum > 0) {
+            const double factor = common / (1 + common * sum);
+            normal.information -= factor * by_state * by_state.transpose();
+            normal.gradient -= factor * residuals * by_state;
+            normal.by_camera -= factor * by_state * by_camera;
+            normal.squares -= factor * residuals * residuals;
+            const double mean = residuals / sum;
+            normal.edge_squares += mean * mean / (1 / sum + common);
+            ++normal.edges;
+        }
+        first = last;
+    }
+    return normal;
+}
+
+void read_edges(const FrameEvidence& evidence, int reach, Samples& samples) {
+    for (Sample& s : samples.all()) s.reading = read_edge(evidence, s.pixel, s.normal, reach);
+}
+
+/// One step of the pose from fixed readings: a few robust iterations on the linearised outline.
+Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, double robust_scale,
+                     bool& solved) {
+    Vector4d state = Vector4d::Zero();
+    solved = false;
+    for (int i = 0; i < 3; ++i) {
+        Normal normal = accumulate(samples, shape, settings, state, robust_scale);
+        if (shape.round()) normal.information(2, 2) += 1;  // yaw does not show; keep it where it is
+        normal.information.diagonal().head<2>().array() += 1e-3;
+        normal.information(2, 2) += 1e-3;
+        const Eigen::LDLT<Matrix4d> solver(normal.information);
+        if (normal.used < 6 || solver.info() != Eigen::Success) return state;
+        const Vector4d step = solver.solve(normal.gradient);
+        state += step;
+        solved = true;
+        if (step.head<2>().norm() < 1e-5) break;
+    }
+    return state;
+}
+
+/// Counts what the readings say at the final pose.
+void judge(const Samples& samples, OutlineFit& fit) {
+    fit.total = samples.total;
+    fit.visible = samples.count;
+    fit.supported = fit.covered = fit.bare = 0;
+    for (const Sample& s : samples.all()) {
+        if (s.reading.found && std::abs(s.reading.offset) < 2.0) {
+            ++fit.supported;
+        } else if (s.reading.inside_foreground && s.reading.outside_foreground) {
+            ++fit.covered;
+        } else if (!s.reading.inside_foreground && !s.reading.outside_foreground) {
+            ++fit.bare;
+        }
+    }
+    const int conflicting = fit.visible - fit.supported - fit.covered - fit.bare;
+    fit.score = fit.visible > 0 ? (fit.supported - 0.7 * fit.covered - 0.2 * fit.bare - 0.4 * conflicting) / fit.visible : -1;
+}
+
+void set_covariance(const Samples& samples, const View& view, const ShapePoints& shape, const OutlineFitSettings& settings,
+                    double inset, OutlineFit& fit) {
+    Normal normal = accumulate(samples, shape, settings, Vector4d(0, 0, 0, inset), settings.last_scale);
+    if (shape.round()) normal.information(2, 2) += 1 / (M_PI * M_PI / 3);  // uniform over a turn
+    const Eigen::LDLT<Matrix4d> solver(normal.information);
+    const int freedom = normal.used - 4;
+    if (freedom < 4 || solver.info() != Eigen::Success || !(solver.vectorD().array() > 1e-9).all()) return;
+    const Matrix4d inverse = solver.solve(Matrix4d::Identity());
+    fit.residual = std::sqrt(std::max(normal.squares, 0.0) / freedom);
+    // Readings that scatter more than their noise says make the fix as uncertain as they are.
+    const double by_readings = fit.residual * fit.residual;
+    // So do edges that contradict each other, beyond what happens by chance once in a hundred times.
+    const int edge_freedom = std::max(normal.edges - 3, 1);
+    const double by_edges = normal.edge_squares / edge_freedom;
+    const double inflation = std::max({1.0, by_readings, by_edges > 1 + 3.5 / edge_freedom ? by_edges : 1.0});
+    fit.pixel_covariance = inverse.topLeftCorner<3, 3>() * inflation;
+    const Eigen::Matrix<double, 3, 6> by_camera = (inverse * normal.by_camera).topRows<3>();
+    fit.covariance = fit.pixel_covariance + by_camera * view.map_from_camera.covariance * by_camera.transpose();
+    fit.covariance = (0.5 * (fit.covariance + fit.covariance.transpose())).eval();
+    fit.determined = true;
+}
+
+}  // namespace
+
+OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start,
+                       std::span<const Silhouette> others, const OutlineFitSettings& settings) {
+    OutlineFit fit;
+    fit.pose = start;
+    Samples samples;
+    double inset = 0;
+    for (int round = 0; round <= settings.rounds; ++round) {
+        fit.silhouette = project_silhouette(view, shape, fit.pose);
+        if (!fit.silhouette.valid()) return fit;
+        place_samples(evidence, view, shape, fit.pose, fit.silhouette, others, settings, samples);
+        const double progress = std::min(1.0, static_cast<double>(round) / std::max(1, settings.rounds - 2));
+        const int reach = settings.first_reach + static_cast<int>(std::lround(progress * (settings.last_reach - settings.first_reach)));
+        read_edges(evidence, reach, samples);
+        if (round == settings.rounds) break;
+        bool solved = false;
+        const Vector4d step = solve_state(samples, shape, settings, settings.first_scale + progress * (settings.last_scale - settings.first_scale), solved);
+        if (!solved || step.head<2>().norm() > 2 * shape.radius) break;
+        inset = step[3];
+        fit.pose.x += step[0];
+        fit.pose.y += step[1];
+        fit.pose.yaw += std::clamp(step[2], -0.5, 0.5);
+        if (progress >= 1 && step.head<2>().norm() < 1e-4 && std::abs(step[2]) < 1e-4) break;
+    }
+    judge(samples, fit);
+    set_covariance(samples, view, shape, settings, inset, fit);
+    fit.pose.yaw = wrap_angle(fit.pose.yaw);
+    return fit;
+}
+
+OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose,
+                    const OutlineFitSettings& settings) {
+    OutlineFit fit;
+    fit.pose = pose;
+    fit.silhouette = project_silhouette(view, shape, pose);
+    if (!fit.silhouette.valid()) return fit;
+    Samples samples;
+    place_samples(evidence, view, shape, pose, fit.silhouette, {}, settings, samples);
+    read_edges(evidence, settings.last_reach, samples);
+    judge(samples, fit);
+    OutlineFitSettings coarse = settings;
+    coarse.common_noise = std::max(1.0, 0.12 * std::sqrt(polygon_area(fit.silhouette.polygon())));
+    coarse.edge_noise = coarse.common_noise;
+    coarse.inset_noise = coarse.common_noise;
+    for (Sample& s : samples.all()) s.reading = {.found = true, .offset = 0, .sigma = coarse.common_noise};
+    set_covariance(samples, view, shape, coarse, 0, fit);
+    return fit;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,255 @@
+#include "roomfix/overhead/overhead_observer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace roomfix {
+namespace {
+
+constexpr double soft_size = 0.05;  // m: targets that come in any number, such as people, are no exact solids
+
+}  // namespace
+
+OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot>& robots, const OverheadSettings& settings)
+    : view_(view), robots_(robots), settings_(settings) {
+    for (const SiteRobot& robot : robots) {
+        shapes_.push_back(shape_points(robot.shape, robot.many ? std::max(robot.size_sigma, soft_size) : robot.size_sigma));
+    }
+    found_.reserve(64);
+    others_.reserve(64);
+    starts_.reserve(4096);
+}
+
+void OverheadObserver::set_background(BackgroundModel background) {
+    background_ = std::move(background);
+    learning_ = false;
+}
+
+void OverheadObserver::observe(LumaView frame, OverheadResult& result) {
+    result.observations.clear();
+    result.reason.clear();
+    learn_from(frame);
+    find_foreground(frame);
+    const auto& components = finder_.find(foreground_.mask, 12);
+    const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
+
+    found_.clear();
+    masks_ = {&foreground_.mask, &foreground_.shadow};
+    const auto count = std::min(components.size(), static_cast<std::size_t>(settings_.most_blobs));
+    for (std::size_t i = 0; i < count; ++i) explain(evidence, components[i]);
+    if (found_.size() > 1) refit_together(evidence);
+
+    for (const Found& found : found_) {
+        if (acceptable(found)) result.observations.push_back(observation_of(found));
+    }
+    if (result.observations.empty()) result.reason = reason_for_nothing(components);
+    refresh_background(frame);
+}
+
+/// Without a background: the median of what was seen, anew after 1, 2, 4, ... 64 frames.
+void OverheadObserver::learn_from(LumaView frame) {
+    if (!learning_) return;
+    learner_.add(frame);
+    ++frames_seen_;
+    const bool power_of_two = (frames_seen_ & (frames_seen_ - 1)) == 0;
+    if (power_of_two) background_ = learner_.learn(settings_.background);
+    if (frames_seen_ >= 64) {
+        learning_ = false;
+        learner_ = BackgroundLearner();
+    }
+}
+
+void OverheadObserver::find_foreground(LumaView frame) {
+    background_.classify(frame, foreground_);
+    open(foreground_.mask, scratch_);
+    close(foreground_.mask, scratch_);
+}
+
+/// Finds the robots of one connected piece of foreground, one after the other while there is enough of it left.
+void OverheadObserver::explain(const FrameEvidence& evidence, const Component& component) {
+    bool whole = true;
+    while (found_.size() < found_.capacity()) {
+        const Blob blob = measure_blob(masks_, component);
+        const Found found = best_robot(evidence, blob, whole);
+        if (!acceptable(found)) return;
+        found_.push_back(found);
+        const double explained = found.coarse.inside.foreground;
+        if (blob.certain + 0.3 * blob.shadow - explained < 0.25 * found.coarse.inside.area) return;
+        remove_from_remaining(found);
+        whole = false;
+    }
+}
+
+/// The robot of the site, not found elsewhere yet, that explains the blob best. `whole`: nothing of it is explained yet.
+OverheadObserver::Found OverheadObserver::best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole) {
+    Found best;
+    best.fit.score = -2;
+    for (int robot = 0; robot < static_cast<int>(robots_.size()); ++robot) {
+        if (!available(robot)) continue;
+        const Found found = best_fit(evidence, blob, robot, whole);
+        const double quality = found.fit.score + found.coarse.filled() - found.coarse.missing / std::max(found.coarse.inside.area, 1.0);
+        const double before = best.fit.score + best.coarse.filled() - best.coarse.missing / std::max(best.coarse.inside.area, 1.0);
+        if (acceptable(found) > acceptable(best) || (acceptable(found) == acceptable(best) && quality > before)) best = found;
+    }
+    return best;
+}
+
+OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole) {
+    const ShapePoints& shape = shapes_[static_cast<std::size_t>(robot)];
+    Found best{robot};
+    best.fit.score = -2;
+    // The common case: one robot, all of it in view. Its blob's middle tells where it is.
+    if (whole) {
+        best.coarse = first_guess(blob, shape);
+        const bool too_small = best.coarse.inside.area > 0 && blob.certain + blob.shadow < 0.1 * best.coarse.inside.area;
+        if (too_small) return best;
+        if (best.coarse.filled() > 0.7 && best.coarse.missing < 0.2 * best.coarse.inside.area) {
+            best.fit = fit_from(evidence, shape, best.coarse.pose);
+            if (best.fit.score > settings_.good_score) return best;
+        }
+    }
+    // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
+    search_floor(masks_, view_, shape, blob, static_cast<std::size_t>(settings_.most_starts), starts_);
+    for (CoarsePose& start : starts_) start = climb(masks_, view_, shape, start, blob, 0.2 * shape.radius);
+    const Component& box = blob.component;
+    border_.compute(*masks_.foreground, box.left, box.top, box.right, box.bottom, 12);
+    search_outline(border_, view_, shape, starts_, static_cast<std::size_t>(2 * settings_.most_starts), outline_starts_);
+    OutlineFitSettings close = settings_.fit;
+    close.first_reach = 6;
+    close.first_scale = 2;
+    for (const OutlineStart& start : outline_starts_) {
+        const OutlineFit fit = fit_outline(evidence, view_, shape, start.pose, {}, close);
+        if (fit.score <= best.fit.score) continue;
+        best.fit = fit;
+        best.coarse = coarse_agreement(masks_, view_, shape, fit.pose, blob);
+    }
+    const bool soft = robots_[static_cast<std::size_t>(robot)].many || shape.size_sigma >= soft_size;
+    if (soft && best.fit.score < settings_.least_score && !starts_.empty()) {
+        best.coarse = starts_.front();
+        best.fit = fit_area(evidence, view_, shape, best.coarse.pose, settings_.fit);
+        best.by_area = true;
+    }
+    return best;
+}
+
+/// The best outline fit from a coarse pose. The foreground's area is a poor judge of depth (a grey top on a grey wall is
+/// missing, a shadow is too much), so places nearer and farther along the line of sight are tried where the first one is
+/// not convincing.
+OutlineFit OverheadObserver::fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const {
+    OutlineFit best = fit_outline(evidence, view_, shape, start, {}, settings_.fit);
+    const Eigen::Vector2d sight = (Eigen::Vector2d(start.x, start.y) - view_.position().head<2>()).normalized();
+    for (const double step : {0.3, -0.3, 0.6}) {
+        if (best.score > settings_.good_score) break;
+        const Eigen::Vector2d shift = step * shape.radius * sight;
+        const OutlineFit next = fit_outline(evidence, view_, shape, {start.x + shift.x(), start.y + shift.y(), start.yaw}, {}, settings_.fit);
+        if (next.score > best.score) best = next;
+    }
+    return best;
+}
+
+/// The pose that puts the silhouette on the blob's middle, best turned, then climbed to the best agreement.
+CoarsePose OverheadObserver::first_guess(const Blob& blob, const ShapePoints& shape) const {
+    const auto place = place_from_centroid(view_, shape, blob.component.centroid);
+    CoarsePose best;
+    if (!place) return best;
+    const int turns = shape.round() ? 1 : (shape.symmetry < 2 ? 3 : 4);
+    for (int i = 0; i < turns; ++i) {
+        const CoarsePose next = coarse_agreement(masks_, view_, shape, {place->x, place->y, shape.symmetry * i / turns}, blob);
+        if (next.agreement > best.agreement) best = next;
+    }
+    return climb(masks_, view_, shape, best, blob, 0.25 * shape.radius);
+}
+
+void OverheadObserver::remove_from_remaining(const Found& found) {
+    if (masks_.foreground == &foreground_.mask) {  // the rare case: only now work on a copy
+        remaining_ = foreground_.mask;
+        remaining_shadow_ = foreground_.shadow;
+        masks_ = {&remaining_, &remaining_shadow_};
+    }
+    clear_region(remaining_, found.coarse.silhouette.polygon());
+    clear_region(remaining_shadow_, found.coarse.silhouette.polygon());
+}
+
+/// Fits every outline once more, without looking where other robots are.
+void OverheadObserver::refit_together(const FrameEvidence& evidence) {
+    for (Found& found : found_) {
+        if (found.by_area) continue;
+        others_.clear();
+        bool touched = false;
+        for (const Found& other : found_) {
+            if (&other == &found) continue;
+            others_.push_back(other.fit.silhouette);
+            for (const auto& corner : found.fit.silhouette.polygon()) touched |= inside_polygon(other.fit.silhouette.polygon(), corner, 12);
+            for (const auto& corner : other.fit.silhouette.polygon()) touched |= inside_polygon(found.fit.silhouette.polygon(), corner, 12);
+        }
+        if (!touched) continue;
+        const OutlineFit again = fit_outline(evidence, view_, shapes_[static_cast<std::size_t>(found.robot)], found.fit.pose, others_, settings_.fit);
+        if (again.determined) found.fit = again;
+    }
+}
+
+bool OverheadObserver::available(int robot) const {
+    return robots_[static_cast<std::size_t>(robot)].many ||
+           std::none_of(found_.begin(), found_.end(), [&](const Found& f) { return f.robot == robot; });
+}
+
+bool OverheadObserver::acceptable(const Found& found) const {
+    if (!found.fit.determined) return false;
+    if (found.by_area) {
+        return found.coarse.filled() > settings_.least_filled && found.coarse.inside.foreground > 1.5 * found.coarse.inside.shadow;
+    }
+    const OutlineFit& fit = found.fit;
+    if (fit.visible < settings_.least_visible * fit.total) return false;
+    if (fit.score >= settings_.least_score) return true;
+    // Partly hidden: much of the outline is bare, but what shows agrees, and no foreground is left over.
+    const double shown = fit.visible - fit.bare;
+    return fit.supported >= settings_.least_hidden * fit.visible && fit.supported >= 0.65 * shown &&
+           found.coarse.missing < 0.15 * found.coarse.inside.foreground;
+}
+
+SilhouetteObservation OverheadObserver::observation_of(const Found& found) const {
+    const ShapePoints& shape = shapes_[static_cast<std::size_t>(found.robot)];
+    const OutlineFit& fit = found.fit;
+    SilhouetteObservation observation;
+    observation.robot = found.robot;
+    observation.pose = fit.pose;
+    observation.covariance = fit.covariance;
+    observation.yaw_known = !shape.round();
+    observation.support = fit.visible > 0 ? static_cast<double>(fit.supported) / fit.visible : 0;
+    observation.visible = fit.total > 0 ? static_cast<double>(fit.visible) / fit.total : 0;
+    const int alike = shape.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / shape.symmetry));
+    for (int i = 0; i < alike; ++i) {
+        observation.hypotheses.push_back({{fit.pose.x, fit.pose.y, wrap_angle(fit.pose.yaw + i * shape.symmetry)}, 1.0 / alike});
+    }
+    for (const auto& corner : fit.silhouette.polygon()) observation.outline.push_back(corner.cast<float>());
+    return observation;
+}
+
+std::string OverheadObserver::reason_for_nothing(const std::vector<Component>& components) const {
+    if (foreground_.covered > 0.5) {
+        return fmt::format("{:.0f} % of the picture changed at once: the light was switched, the camera was moved, or something fills the view",
+                           100 * foreground_.covered);
+    }
+    if (components.empty()) return "nothing differs from the background";
+    return fmt::format("what differs from the background ({} pixels) has not the outline of a robot of this site", components[0].area);
+}
+
+/// Where nothing differs, mean and noise follow the picture. Every eighth pass takes in what differs but is no robot, so
+/// that a moved chair becomes background in the end.
+void OverheadObserver::refresh_background(LumaView frame) {
+    if (learning_) return;
+    if (background_.passes() % 8 == 7) {
+        keep_.clear();
+        if (keep_.width() != frame.width || keep_.height() != frame.height) keep_.resize(frame.width, frame.height);
+        for (const Found& found : found_) fill_region(keep_, found.fit.silhouette.polygon());
+        dilate(keep_, scratch_);
+    } else {
+        dilate(foreground_.mask, scratch_);
+    }
+    background_.refresh(frame, foreground_, scratch_);
+}
+
+}  // namespace roomfix

@@ -1,0 +1,99 @@
+// A fixed camera watches robots: from a frame to poses on the floor with their covariance.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "roomfix/imaging/background_model.hpp"
+#include "roomfix/imaging/components.hpp"
+#include "roomfix/observation/silhouette_observation.hpp"
+#include "roomfix/overhead/outline_fit.hpp"
+#include "roomfix/overhead/outline_search.hpp"
+#include "roomfix/overhead/robot_search.hpp"
+
+namespace roomfix {
+
+struct OverheadSettings {
+    BackgroundSettings background;
+    OutlineFitSettings fit;
+    double least_score = 0.40;     // of an outline fit, to be a fix
+    double good_score = 0.75;      // above, no other start is tried
+    double least_hidden = 0.28;    // part of the outline that must agree where the rest is hidden
+    double least_visible = 0.25;   // part of the outline in view
+    double least_filled = 0.55;    // part of the silhouette that is foreground, for many soft targets
+    int most_blobs = 32;
+    int most_starts = 6;           // outline fits tried where the first guess is not good enough
+};
+
+/// What one frame shows.
+struct OverheadResult {
+    std::vector<SilhouetteObservation> observations;
+    std::string reason;  // why there is none; empty otherwise
+};
+
+/// Keeps the background of one camera. Without a background given it learns from the frames it sees, better with time.
+class OverheadObserver {
+public:
+    /// `view` with its covariance; frames must have its size.
+    OverheadObserver(const View& view, const std::vector<SiteRobot>& robots, const OverheadSettings& settings = {});
+
+    /// Uses a learned background from now on.
+    void set_background(BackgroundModel background);
+    bool has_background() const { return !background_.empty(); }
+    const BackgroundModel& background() const { return background_; }
+
+    /// Finds the robots in a frame and then refreshes the background where no robot is. `frame` must have the view's size.
+    /// No allocation in steady state, as long as `result` is reused.
+    void observe(LumaView frame, OverheadResult& result);
+
+    const Foreground& foreground() const { return foreground_; }
+    const View& view() const { return view_; }
+
+private:
+    /// One robot found, before it becomes an observation.
+    struct Found {
+        int robot = 0;
+        CoarsePose coarse;
+        OutlineFit fit;
+        bool by_area = false;  // soft target: the outline did not fit, its area did
+    };
+    void learn_from(LumaView frame);
+    void find_foreground(LumaView frame);
+    void explain(const FrameEvidence& evidence, const Component& component);
+    Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
+    Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
+    OutlineFit fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const;
+    CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
+    void remove_from_remaining(const Found& found);
+    void refit_together(const FrameEvidence& evidence);
+    bool acceptable(const Found& found) const;
+    bool available(int robot) const;
+    SilhouetteObservation observation_of(const Found& found) const;
+    std::string reason_for_nothing(const std::vector<Component>& components) const;
+    void refresh_background(LumaView frame);
+
+    View view_;
+    std::vector<SiteRobot> robots_;
+    std::vector<ShapePoints> shapes_;
+    OverheadSettings settings_;
+    BackgroundModel background_;
+    BackgroundLearner learner_;
+    int frames_seen_ = 0;
+    bool learning_ = true;
+
+    // Working memory, kept between frames.
+    Foreground foreground_;
+    BitMask scratch_;
+    ForegroundMasks masks_;  // what is still to be explained: the frame's own masks, or the copies below
+    BitMask remaining_;
+    BitMask remaining_shadow_;
+    BitMask keep_;
+    ComponentFinder finder_;
+    std::vector<CoarsePose> starts_;
+    BorderDistance border_;
+    std::vector<OutlineStart> outline_starts_;
+    std::vector<Found> found_;
+    std::vector<Silhouette> others_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,35 @@
+#include "roomfix/pipeline/background_source.hpp"
+
+#include <fmt/format.h>
+
+#include "roomfix/connect/frame_source.hpp"
+
+namespace roomfix {
+
+Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources,
+                                         const std::function<void(double)>& progress) {
+    BackgroundLearner learner;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        auto source = open_source(sources[i]);
+        if (!source) return source.error();
+        if ((*source)->live()) return Error{fmt::format("{}: a background is learned from a recording, not from a live camera", sources[i])};
+        SourceFrame frame;
+        for (double seen = 0;; ++seen) {
+            const auto more = (*source)->next(frame);
+            if (!more) return more.error();
+            if (!*more) break;
+            if (frame.image.width() != camera.model.width || frame.image.height() != camera.model.height) {
+                return Error{fmt::format("{}: background frame {} is {} x {} pixels, camera {} has {} x {}: record it with the same settings", sources[i],
+                                         frame.name, frame.image.width(), frame.image.height(), camera.id, camera.model.width, camera.model.height)};
+            }
+            learner.add(frame.image);
+            if (progress && (*source)->count() > 0) {
+                progress((static_cast<double>(i) + std::min(1.0, seen / static_cast<double>((*source)->count()))) / static_cast<double>(sources.size()));
+            }
+        }
+    }
+    if (learner.frames() == 0) return Error{fmt::format("camera {}: the background has no frame", camera.id)};
+    return learner.learn();
+}
+
+}  // namespace roomfix

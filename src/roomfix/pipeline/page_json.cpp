@@ -1,0 +1,96 @@
+// What the page is told: the site once, the state several times a second. Documented in docs/formats.md.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "roomfix/pipeline/site_runner.hpp"
+
+namespace roomfix {
+namespace {
+
+using nlohmann::json;
+
+constexpr double farthest_view = 15;  // m: a field of view is drawn no farther than this
+
+double rounded(double value, double unit) { return std::round(value / unit) * unit; }
+
+json point(const Eigen::Vector2d& p) { return {rounded(p.x(), 1e-4), rounded(p.y(), 1e-4)}; }
+
+/// The floor that a camera sees, as a polygon: the picture's border projected, cut off at a distance.
+json field_of_view(const View& view) {
+    json polygon = json::array();
+    const double w = view.model.width - 1.0;
+    const double h = view.model.height - 1.0;
+    constexpr int steps = 12;
+    const auto add = [&](double u, double v) {
+        const Eigen::Vector2d foot = view.position().head<2>();
+        const auto floor = pixel_to_plane(view, {u, v}, 0);
+        Eigen::Vector2d p;
+        if (floor && (floor->point - foot).norm() < farthest_view) {
+            p = floor->point;
+        } else {
+            const auto ray = unproject(view.model, {u, v});
+            if (!ray) return;
+            const Eigen::Vector3d direction = view.map_from_camera.pose.linear() * ray->homogeneous();
+            if (direction.head<2>().norm() < 1e-9) return;
+            p = foot + farthest_view * direction.head<2>().normalized();
+        }
+        polygon.push_back(point(p));
+    };
+    for (int i = 0; i < steps; ++i) add(w * i / steps, 0);
+    for (int i = 0; i < steps; ++i) add(w, h * i / steps);
+    for (int i = 0; i < steps; ++i) add(w * (steps - i) / steps, h);
+    for (int i = 0; i < steps; ++i) add(0, h * (steps - i) / steps);
+    return polygon;
+}
+
+json shape_json(const Shape& shape) {
+    if (const auto* box = std::get_if<Box>(&shape)) return {{"shape", "box"}, {"size", {box->length, box->width, box->height}}};
+    const auto& cylinder = std::get<Cylinder>(shape);
+    return {{"shape", "cylinder"}, {"size", {cylinder.diameter, cylinder.height}}};
+}
+
+}  // namespace
+
+std::string SiteRunner::site_json() const {
+    json site = {{"name", site_.name}, {"walls", json::array()}, {"cameras", json::array()}, {"robots", json::object()}};
+    for (const Polyline& line : site_.walls) {
+        json polyline = json::array();
+        for (const auto& p : line) polyline.push_back(point(p));
+        site["walls"].push_back(polyline);
+    }
+    for (const auto& post : posts_) {
+        const View& view = post->observer->view();
+        site["cameras"].push_back({{"id", post->camera.id}, {"width", view.model.width}, {"height", view.model.height},
+                                   {"position", point(view.position().head<2>())}, {"view", field_of_view(view)}});
+    }
+    for (const SiteRobot& robot : site_.robots) {
+        site["robots"][robot.id] = shape_json(robot.shape);
+        site["robots"][robot.id]["many"] = robot.many;
+    }
+    return site.dump();
+}
+
+std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
+    json state = {{"time", to_seconds(time)}, {"robots", json::array()}, {"cameras", json::array()}};
+    for (const Fix& fix : fixes) {
+        json robot = {{"id", fix.robot}, {"status", fix.status == FixStatus::ok ? "ok" : "coasting"},
+                      {"x", rounded(fix.pose.x, 1e-4)}, {"y", rounded(fix.pose.y, 1e-4)}, {"sources", fix.sources}};
+        robot["yaw"] = fix.yaw_known ? json(rounded(fix.pose.yaw, 1e-4)) : json();
+        robot["cov"] = {fix.covariance(0, 0), fix.covariance(0, 1), fix.covariance(1, 1), fix.covariance(2, 2)};
+        state["robots"].push_back(robot);
+    }
+    for (const auto& post : posts_) {
+        json camera = {{"id", post->state.id}, {"status", post->state.status}, {"message", post->state.message}, {"frames", post->state.frames},
+                       {"rate", rounded(post->state.rate, 0.1)}, {"busy_ms", rounded(1e3 * post->state.busy, 0.01)}, {"outlines", json::array()}};
+        for (const SilhouetteObservation& o : post->shown) {
+            json outline = json::array();
+            for (const auto& corner : o.outline) outline.push_back({rounded(static_cast<double>(corner.x()), 0.1), rounded(static_cast<double>(corner.y()), 0.1)});
+            const std::string robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
+            camera["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
+        }
+        state["cameras"].push_back(camera);
+    }
+    return state.dump();
+}
+
+}  // namespace roomfix

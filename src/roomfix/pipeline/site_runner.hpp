@@ -1,0 +1,87 @@
+// A site at work: frames in, fixes out. Cameras may be fed from threads of their own.
+#pragma once
+
+#include <atomic>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "roomfix/connect/frame_source.hpp"
+#include "roomfix/connect/web_server.hpp"
+#include "roomfix/estimate/smoother.hpp"
+#include "roomfix/overhead/overhead_observer.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// What is known about one source, for the page and the final report.
+struct SourceState {
+    std::string id;
+    std::string status = "waiting";  // waiting, ok, slow, ended, failed
+    std::string message;
+    long frames = 0;
+    long bad_frames = 0;
+    double rate = 0;                 // frames per second
+    double busy = 0;                 // s per frame spent on it, smoothed
+};
+
+class SiteRunner {
+public:
+    /// An error if the site has no fixed camera or no robot.
+    static Result<std::unique_ptr<SiteRunner>> create(const Site& site);
+
+    /// Where fixes go: one line each, flushed at every frame. "-" is stdout.
+    Result<void> write_fixes_to(const std::string& file);
+    /// Serves the page from now on.
+    Result<void> serve_page(const std::string& host, int port);
+    int page_port() const { return page_ ? page_->port() : 0; }
+
+    std::size_t cameras() const { return posts_.size(); }
+    const SiteCamera& camera(std::size_t index) const { return posts_[index]->camera; }
+    void set_background(std::size_t index, BackgroundModel background);
+
+    /// One frame of one camera: observes, smooths, and passes the fixes on. Errors (wrong size) are counted and reported.
+    Result<void> feed(std::size_t index, LumaView frame, Nanoseconds time);
+    void set_source_state(std::size_t index, const std::string& status, const std::string& message);
+    std::vector<SourceState> source_states() const;
+
+    /// Runs all sources of the site to their end: recorded ones in the order of their times, `speed` times as fast as they
+    /// were taken (0: as fast as it goes); live ones each in its thread. `stop` ends it early. `progress` gets 0..1.
+    Result<void> run_sources(double speed, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
+    long fixes_given() const { return fixes_given_; }
+
+private:
+    struct Post {
+        SiteCamera camera;
+        std::unique_ptr<OverheadObserver> observer;
+        OverheadResult result;       // the observing thread's own
+        std::vector<SilhouetteObservation> shown;  // of the last frame, for the page
+        LumaImage last;              // for the page
+        SourceState state;
+        double last_wall = 0;        // s, when the last frame came
+    };
+    explicit SiteRunner(const Site& site);
+    Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, double speed, const std::atomic<bool>& stop,
+                              const std::function<void(double)>& progress);
+    void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
+    void pass_on(Nanoseconds time, const std::string& camera);
+    std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
+    std::string site_json() const;
+    std::vector<std::uint8_t> picture_of(const std::string& camera);
+
+    Site site_;
+    std::vector<std::unique_ptr<Post>> posts_;
+    mutable std::mutex mutex_;  // guards the smoother, the sinks and the posts' pictures and states
+    Smoother smoother_;
+    std::ofstream fixes_file_;
+    bool fixes_to_stdout_ = false;
+    std::unique_ptr<WebServer> page_;
+    double last_published_ = 0;
+    long fixes_given_ = 0;
+};
+
+}  // namespace roomfix

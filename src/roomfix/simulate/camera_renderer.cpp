@@ -1,0 +1,182 @@
+#include "roomfix/simulate/camera_renderer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "roomfix/base/random.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr int blur_reach = 4;
+constexpr int margin = 2 * blur_reach + 1;  // px around what changes: the blur's reach, and as much again to join the parts
+
+std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
+    std::array<float, 2 * blur_reach + 1> kernel{};
+    float sum = 0;
+    for (int i = -blur_reach; i <= blur_reach; ++i) {
+        const double x = i / std::max(sigma, 1e-3);
+        sum += kernel[static_cast<std::size_t>(i + blur_reach)] = static_cast<float>(std::exp(-0.5 * x * x));
+    }
+    for (float& k : kernel) k /= sum;
+    return kernel;
+}
+
+}  // namespace
+
+CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const SensorModel& sensor, std::uint64_t seed)
+    : scene_(scene), view_(view), sensor_(sensor), seed_(seed), width_(view.model.width), height_(view.model.height) {
+    const Eigen::Matrix3d rotation = view.map_from_camera.pose.linear();
+    corner_rays_.reserve(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1));
+    for (int y = 0; y <= height_; ++y) {
+        for (int x = 0; x <= width_; ++x) {
+            const auto ray = unproject(view.model, {x - 0.5, y - 0.5});
+            corner_rays_.emplace_back(Eigen::Vector3f::Zero());
+            if (ray) corner_rays_.back() = (rotation * ray->homogeneous()).cast<float>();
+        }
+    }
+    still_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x) still_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, {});
+    }
+    still_blurred_ = still_;
+    blur(still_blurred_, {0, 0, width_ - 1, height_ - 1});
+}
+
+/// The ray through a place of the image, px, not of unit length.
+Eigen::Vector3f CameraRenderer::direction(float x, float y) const {
+    const int column = std::clamp(static_cast<int>(x + 0.5f), 0, width_ - 1);
+    const int line = std::clamp(static_cast<int>(y + 0.5f), 0, height_ - 1);
+    const float fx = x + 0.5f - static_cast<float>(column);
+    const float fy = y + 0.5f - static_cast<float>(line);
+    const auto* top = &corner_rays_[static_cast<std::size_t>(line * (width_ + 1) + column)];
+    const auto* bottom = top + width_ + 1;
+    if (top[0].isZero() || top[1].isZero() || bottom[0].isZero() || bottom[1].isZero()) return Eigen::Vector3f::Zero();
+    return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
+}
+
+/// Mean light over a pixel: four rays where they agree on what they see, sixteen where they do not.
+float CameraRenderer::traced(int x, int y, const std::vector<Solid>& moving) const {
+    const Eigen::Vector3f origin = view_.position().cast<float>();
+    const auto cell = [&](int grid, int i, int j, int& surface) {
+        const std::uint64_t h = mix64(seed_ ^ (static_cast<std::uint64_t>(y * width_ + x) * 64 + static_cast<std::uint64_t>(grid * grid + j * grid + i)));
+        const Eigen::Vector2f jitter(static_cast<float>(h >> 40U) * 0x1p-24f, static_cast<float>((h >> 8U) & 0xffffff) * 0x1p-24f);
+        const float size = 1.0f / static_cast<float>(grid);
+        const Eigen::Vector3f d = direction(static_cast<float>(x) - 0.5f + size * (static_cast<float>(i) + 0.5f),
+                                            static_cast<float>(y) - 0.5f + size * (static_cast<float>(j) + 0.5f));
+        if (d.isZero()) return 0.0f;
+        const RayHit hit = trace(scene_, moving, origin, d.normalized(), jitter);
+        surface = hit.surface;
+        return hit.light;
+    };
+    float sum = 0;
+    int first = 0;
+    bool alike = true;
+    for (int i = 0; i < 4; ++i) {
+        int surface = 0;
+        sum += cell(2, i & 1, i >> 1, surface);
+        if (i == 0) first = surface;
+        alike &= surface == first;
+    }
+    if (alike) return sum / 4;
+    sum = 0;
+    int surface = 0;
+    for (int i = 0; i < 16; ++i) sum += cell(4, i & 3, i >> 2, surface);
+    return sum / 16;
+}
+
+void CameraRenderer::blur(std::vector<float>& light, const Rectangle& area) const {
+    if (sensor_.blur <= 0) return;
+    const auto kernel = blur_kernel(sensor_.blur);
+    std::vector<float> across(light.size());
+    const auto pass = [&](const std::vector<float>& from, std::vector<float>& to, int dx, int dy, const Rectangle& part) {
+        for (int y = part.top; y <= part.bottom; ++y) {
+            for (int x = part.left; x <= part.right; ++x) {
+                float sum = 0;
+                for (int i = -blur_reach; i <= blur_reach; ++i) {
+                    const int u = std::clamp(x + i * dx, 0, width_ - 1);
+                    const int v = std::clamp(y + i * dy, 0, height_ - 1);
+                    sum += kernel[static_cast<std::size_t>(i + blur_reach)] * from[static_cast<std::size_t>(v * width_ + u)];
+                }
+                to[static_cast<std::size_t>(y * width_ + x)] = sum;
+            }
+        }
+    };
+    pass(light, across, 1, 0, {area.left, std::max(area.top - blur_reach, 0), area.right, std::min(area.bottom + blur_reach, height_ - 1)});
+    pass(across, light, 0, 1, area);
+}
+
+/// The part of the image that robots, their shadows and reflections can change.
+CameraRenderer::Rectangle CameraRenderer::reach(const std::vector<Solid>& moving) const {
+    Rectangle area{width_, height_, -1, -1};
+    const auto include = [&](const Eigen::Vector3f& p) {
+        const auto pixel = project_map_point(view_, p.cast<double>());
+        if (!pixel) return;
+        area.left = std::min(area.left, static_cast<int>(std::floor(std::clamp(pixel->x(), -10.0, width_ + 10.0))) - margin);
+        area.right = std::max(area.right, static_cast<int>(std::ceil(std::clamp(pixel->x(), -10.0, width_ + 10.0))) + margin);
+        area.top = std::min(area.top, static_cast<int>(std::floor(std::clamp(pixel->y(), -10.0, height_ + 10.0))) - margin);
+        area.bottom = std::max(area.bottom, static_cast<int>(std::ceil(std::clamp(pixel->y(), -10.0, height_ + 10.0))) + margin);
+    };
+    for (const Solid& s : moving) {
+        const float r = std::hypot(s.half.x(), s.half.y());
+        for (int corner = 0; corner < 8; ++corner) {
+            const Eigen::Vector3f offset((corner & 1 ? r : -r), (corner & 2 ? r : -r), corner & 4 ? s.half.z() : -s.half.z());
+            const Eigen::Vector3f p = s.centre + offset;
+            include(p);
+            include({p.x(), p.y(), -p.z()});
+            for (const Lamp& lamp : scene_.lamps) {
+                const float rise = lamp.position.z() - p.z();
+                if (rise < 0.2f) continue;
+                const Eigen::Vector3f shadow = p + (p - lamp.position) * (p.z() / rise);
+                if ((shadow - s.centre).norm() < 3) include(shadow);
+            }
+        }
+    }
+    return {std::max(area.left, 0), std::max(area.top, 0), std::min(area.right, width_ - 1), std::min(area.bottom, height_ - 1)};
+}
+
+void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const {
+    work_ = still_blurred_;
+    const Rectangle area = reach(moving);
+    if (area.left <= area.right && area.top <= area.bottom) {
+        for (int y = area.top; y <= area.bottom; ++y) {
+            std::copy_n(still_.begin() + y * width_ + area.left, area.right - area.left + 1, work_.begin() + y * width_ + area.left);
+        }
+        const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
+                                area.right < width_ - 1 ? area.right - blur_reach : area.right,
+                                area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
+        for (int y = changed.top; y <= changed.bottom; ++y) {
+            for (int x = changed.left; x <= changed.right; ++x) work_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, moving);
+        }
+        blur(work_, area);
+        // The outermost ring was blurred together with what lies beyond the area: nothing changes there.
+        for (int y = area.top; y <= area.bottom; ++y) {
+            for (int x = area.left; x <= area.right; ++x) {
+                if (x >= changed.left && x <= changed.right && y >= changed.top && y <= changed.bottom) continue;
+                work_[static_cast<std::size_t>(y * width_ + x)] = still_blurred_[static_cast<std::size_t>(y * width_ + x)];
+            }
+        }
+    }
+
+    frame.resize(width_, height_);
+    Random random(mix64(seed_ * 0x2545f4914f6cdd1dULL + index));
+    const double phase = random.uniform(0, 2 * std::numbers::pi);
+    const double half_diagonal = 0.25 * (width_ * width_ + height_ * height_);
+    const float inverse_gamma = static_cast<float>(1 / sensor_.gamma);
+    for (int y = 0; y < height_; ++y) {
+        const double hum = 1 + sensor_.flicker * std::sin(phase + 1.5 * std::numbers::pi * y / height_);
+        const double dy = y - 0.5 * height_;
+        for (int x = 0; x < width_; ++x) {
+            const double dx = x - 0.5 * width_;
+            const double falloff = 1 - sensor_.vignetting * (dx * dx + dy * dy) / half_diagonal;
+            const float light = work_[static_cast<std::size_t>(y * width_ + x)] * static_cast<float>(gain * hum * falloff * sensor_.exposure);
+            const double grey = 255.0 * static_cast<double>(std::pow(std::max(light, 0.0f), inverse_gamma));
+            const double noise = std::sqrt(sensor_.read_noise * sensor_.read_noise + sensor_.shot_noise * grey);
+            frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(grey + random.normal(noise)), 0L, 255L));
+        }
+    }
+}
+
+}  // namespace roomfix

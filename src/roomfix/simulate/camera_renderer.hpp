@@ -1,0 +1,54 @@
+// Pictures of a scene as a real camera would take them: lens, blur, gamma, light changes, noise, 8 bits.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "roomfix/geometry/view.hpp"
+#include "roomfix/imaging/luma.hpp"
+#include "roomfix/simulate/scene.hpp"
+
+namespace roomfix {
+
+/// What the sensor and its optics do to the light.
+struct SensorModel {
+    double blur = 0.7;          // px, standard deviation of the point spread
+    double exposure = 0.75;     // grey level (of 1) of light 1, before gamma
+    double gamma = 2.2;
+    double vignetting = 0.25;   // light lost at the corner
+    double read_noise = 1.2;    // grey levels
+    double shot_noise = 0.12;   // grey levels^2 per grey level
+    double flicker = 0.01;      // relative; mains hum across the rows of a rolling shutter
+};
+
+/// Renders one camera. The still parts are traced once; each frame traces only where robots and their shadows are.
+class CameraRenderer {
+public:
+    /// `view` is the true pose; its covariance is not used.
+    CameraRenderer(const Scene& scene, const View& view, const SensorModel& sensor, std::uint64_t seed);
+
+    /// The frame with `moving` in the scene, its light multiplied by `gain`. `index` picks the noise: the same index
+    /// gives the same bytes.
+    void render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const;
+
+private:
+    struct Rectangle {
+        int left, top, right, bottom;  // inclusive
+    };
+    Rectangle reach(const std::vector<Solid>& moving) const;
+    float traced(int x, int y, const std::vector<Solid>& moving) const;
+    Eigen::Vector3f direction(float x, float y) const;
+    void blur(std::vector<float>& light, const Rectangle& area) const;
+
+    Scene scene_;
+    View view_;
+    SensorModel sensor_;
+    std::uint64_t seed_;
+    int width_, height_;
+    std::vector<Eigen::Vector3f> corner_rays_;  // (width + 1) x (height + 1), at the pixels' corners
+    std::vector<float> still_;                  // light without robots, before the blur
+    std::vector<float> still_blurred_;
+    mutable std::vector<float> work_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,151 @@
+#include <cmath>
+
+#include "roomfix/simulate/scenario.hpp"
+
+namespace roomfix {
+namespace {
+
+// The three aisles, m. The paper gives their widths, the webcams and the test points; the walls are placed so that the
+// robot fits between them at every test point. Point (1001, 779) lies in none of the aisles, so there is an open bay.
+constexpr double tile = 0.30;
+constexpr double clicking_noise = 0.5;  // px
+const std::vector<Polyline> li2014_walls = {
+    {{2.30, 5.01}, {2.30, 6.39}},                                                            // end of aisle 1
+    {{2.30, 6.39}, {6.95, 6.39}, {6.95, 9.66}, {6.20, 9.66}, {6.20, 11.18}, {13.60, 11.18}},  // left of all aisles
+    {{2.30, 5.01}, {6.95, 5.01}, {6.95, 4.40}, {8.45, 4.40}, {8.45, 7.20}, {10.90, 7.20}},    // right, up to the bay
+    {{10.90, 7.20}, {10.90, 9.66}, {13.60, 9.66}, {13.60, 11.18}},                            // right of aisle 3
+};
+
+View camera_view(const CameraModel& model, const Eigen::Vector3d& position, const Eigen::Vector3d& target) {
+    return {model, {looking_at(position, target), Matrix6d::Zero()}};
+}
+
+std::vector<ScenarioCamera> webcams() {
+    // Lens numbers of webcams 1 and 2 are the paper's; its image centre of webcam 1 lies outside the picture and webcam 3's
+    // numbers belong to another resolution, so these are plausible ones.
+    std::vector<ScenarioCamera> cameras(3);
+    cameras[0] = {"hall1",
+                  camera_view(make_camera_model(640, 480, 518.38, 518.07, 318.0, 239.5, {0.0895, -0.7064, -0.0034, 0.0020, 1.3227}),
+                              {2.79, 5.70, 2.30}, {6.45, 5.70, 0.1}),
+                  {},
+                  {{{4.7, 5.05}, {8.3, 6.35}}}};
+    cameras[1] = {"hall2",
+                  camera_view(make_camera_model(640, 480, 598.36, 600.76, 318.0, 264.19, {0.2460, -1.8737, -0.0023, -0.0043, 5.4119}),
+                              {7.55, 4.65, 2.40}, {7.55, 9.00, 0.1}),
+                  {},
+                  {{{7.0, 6.7}, {8.4, 11.0}}}};
+    cameras[2] = {"hall3",
+                  camera_view(make_camera_model(480, 360, 295.0, 294.5, 238.0, 181.0, {-0.10, 0.01, 0.0008, -0.0006, 0.0}),
+                              {6.50, 10.30, 2.45}, {10.6, 10.30, 0.1}),
+                  {},
+                  {{{8.3, 9.7}, {13.2, 11.1}}, {{8.8, 7.6}, {10.7, 9.6}}}};
+    cameras[1].sensor.read_noise = 1.0;
+    cameras[2].sensor.read_noise = 1.6;
+    cameras[2].sensor.blur = 0.8;
+    return cameras;
+}
+
+Scene building(std::uint64_t seed) {
+    Scene scene;
+    scene.seed = seed;
+    scene.walls = panels_along(li2014_walls, 2.8f);
+    for (const auto& [x, y] : {std::pair{4.0f, 5.7f}, {6.6f, 5.7f}, {7.7f, 7.6f}, {7.7f, 10.4f}, {10.2f, 10.4f}, {12.6f, 10.4f}, {9.7f, 8.4f}}) {
+        scene.lamps.push_back({{x, y, 2.75f}, 2.2f, 0.06f});
+    }
+    return scene;
+}
+
+Site site_of(const std::string& name, const std::vector<ScenarioCamera>& cameras, std::uint64_t seed) {
+    Site site;
+    site.name = name;
+    site.ceiling = 2.8;
+    site.walls = li2014_walls;
+    Random random(seed ^ 0xca11b);
+    for (const ScenarioCamera& camera : cameras) {
+        SiteCamera described;
+        described.id = camera.id;
+        described.source = "frames/" + camera.id;
+        described.background = "background/" + camera.id;
+        described.model = camera.truth.model;
+        described.placement = KnownFloorPoints{clicked_floor_points(camera, tile, clicking_noise, 24, random), clicking_noise};
+        site.cameras.push_back(described);
+    }
+    return site;
+}
+
+ScenarioRobot paper_robot(std::uint64_t seed) {
+    ScenarioRobot robot;
+    robot.robot = {"r1", Box{0.54, 0.54, 0.45}};
+    Random random(seed ^ 0x40b07);
+    robot.look.size_error = {random.normal(0.003), random.normal(0.003), random.normal(0.003)};
+    robot.path = {{4.9, 5.70}, {7.70, 5.70}, {7.70, 10.42}, {12.7, 10.42}, {7.70, 10.42}, {7.70, 5.70}};
+    return robot;
+}
+
+}  // namespace
+
+Scenario li2014_scenario(std::uint64_t seed) {
+    Scenario scenario;
+    scenario.name = "li2014";
+    scenario.cameras = webcams();
+    scenario.scene = building(seed);
+    scenario.site = site_of("li2014", scenario.cameras, seed);
+    scenario.robots = {paper_robot(seed)};
+    scenario.site.robots = {scenario.robots[0].robot};
+    return scenario;
+}
+
+Scenario demo_scenario(std::uint64_t seed) {
+    Scenario scenario = li2014_scenario(seed);
+    scenario.name = scenario.site.name = "demo";
+    ScenarioRobot cart;
+    cart.robot = {"cart", Box{0.80, 0.50, 0.60}};
+    cart.look = {0.55f, 0.65f, false};
+    cart.path = {{12.4, 10.75}, {9.7, 10.40}, {9.6, 8.3}, {9.9, 8.1}, {9.9, 10.0}};
+    cart.speed = 0.3;
+    scenario.robots.push_back(cart);
+    scenario.site.robots.push_back(cart.robot);
+    scenario.duration = 90;
+    return scenario;
+}
+
+const std::vector<Li2014TestPoint>& li2014_test_points() {
+    static const std::vector<Li2014TestPoint> points = {
+        {0, {6.10, 5.92}, {6.13, 5.88}, 0.0500},   {0, {6.27, 6.11}, {6.26, 6.09}, 0.0224},   {0, {6.36, 5.60}, {6.30, 5.59}, 0.0808},
+        {0, {6.48, 5.91}, {6.41, 5.94}, 0.0762},   {0, {6.84, 5.84}, {6.76, 5.78}, 0.1000},   {1, {7.36, 8.91}, {7.38, 8.83}, 0.0824},
+        {1, {7.74, 9.12}, {7.75, 9.01}, 0.1104},   {1, {7.59, 9.18}, {7.56, 9.06}, 0.1237},   {1, {7.63, 9.44}, {7.59, 9.32}, 0.1265},
+        {1, {8.08, 9.66}, {8.11, 9.52}, 0.1237},   {2, {10.01, 7.79}, {9.97, 7.79}, 0.0400},  {2, {12.36, 10.76}, {12.25, 10.74}, 0.1118},
+        {2, {12.50, 10.19}, {12.41, 10.21}, 0.0949}, {2, {12.71, 10.63}, {12.62, 10.65}, 0.1118}, {2, {12.50, 10.41}, {12.41, 10.39}, 0.0922}};
+    return points;
+}
+
+Li2014Aisle li2014_aisle(const ScenarioCamera& camera) {
+    const Eigen::Vector3d forward = camera.truth.map_from_camera.pose.linear().col(2);
+    return {camera.truth.position().head<2>(), forward.head<2>().normalized()};
+}
+
+Li2014Rectangle li2014_rectangle(const ScenarioCamera& camera, double sigma, Random& random) {
+    // The tile corners next to the camera's axis, from a near row on, 3 tiles wide and 8 long.
+    const Li2014Aisle aisle = li2014_aisle(camera);
+    const Eigen::Vector2d left(-aisle.direction.y(), aisle.direction.x());
+    const auto grid = [](double along) { return std::round(along / tile) * tile; };
+    const double axis = grid(left.dot(aisle.camera) - 0.5 * tile) + 0.5 * tile;  // the aisle's axis runs through a tile's middle
+    const double first = grid(aisle.direction.dot(aisle.camera) + 2.4);
+    Li2014Rectangle rectangle;
+    rectangle.width = 3 * tile;
+    rectangle.length = 8 * tile;
+    rectangle.near_distance = first - aisle.direction.dot(aisle.camera);
+    rectangle.left_offset = axis + 1.5 * tile - left.dot(aisle.camera);
+    const auto clicked = [&](double along, double across) {
+        const Eigen::Vector2d p = along * aisle.direction + across * left;
+        const auto pixel = project_map_point(camera.truth, {p.x(), p.y(), 0});
+        return Eigen::Vector2d(pixel.value_or(Eigen::Vector2d::Zero()) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma)));
+    };
+    rectangle.left_near = clicked(first, axis + 1.5 * tile);
+    rectangle.left_far = clicked(first + 8 * tile, axis + 1.5 * tile);
+    rectangle.right_near = clicked(first, axis - 1.5 * tile);
+    rectangle.right_far = clicked(first + 8 * tile, axis - 1.5 * tile);
+    return rectangle;
+}
+
+}  // namespace roomfix

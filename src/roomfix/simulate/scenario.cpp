@@ -1,0 +1,76 @@
+#include "roomfix/simulate/scenario.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace roomfix {
+
+std::vector<std::string> scenario_names() { return {"li2014", "demo"}; }
+
+Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
+    if (name == "li2014") return li2014_scenario(seed);
+    if (name == "demo") return demo_scenario(seed);
+    return Error{fmt::format("there is no scenario '{}': choose one of {}", name, fmt::join(scenario_names(), ", "))};
+}
+
+Pose2 robot_pose(const ScenarioRobot& robot, double time) {
+    const auto& path = robot.path;
+    if (path.empty()) return {};
+    if (path.size() == 1) return {path[0].x(), path[0].y(), 0};
+    double length = 0;
+    for (std::size_t i = 0; i < path.size(); ++i) length += (path[(i + 1) % path.size()] - path[i]).norm();
+    const auto place = [&](double along) {
+        along = std::fmod(along, length);
+        if (along < 0) along += length;
+        for (std::size_t i = 0;; i = (i + 1) % path.size()) {
+            const Eigen::Vector2d leg = path[(i + 1) % path.size()] - path[i];
+            if (along <= leg.norm()) return Eigen::Vector2d(path[i] + leg.normalized() * along);
+            along -= leg.norm();
+        }
+    };
+    // The nose follows the path half a robot ahead, so that corners are driven, not jumped.
+    constexpr double reach = 0.35;
+    const double along = robot.start + robot.speed * time;
+    const Eigen::Vector2d nose = place(along + reach);
+    const Eigen::Vector2d tail = place(along - reach);
+    const Eigen::Vector2d middle = 0.5 * (nose + tail);
+    const Eigen::Vector2d heading = nose - tail;
+    // At a turning point nose and tail meet: keep the direction of the leg.
+    const Eigen::Vector2d leg = place(along + 1e-3) - place(along - 1e-3);
+    const Eigen::Vector2d d = heading.norm() > 0.05 ? heading : leg;
+    return {middle.x(), middle.y(), std::atan2(d.y(), d.x())};
+}
+
+std::vector<FloorPoint> clicked_floor_points(const ScenarioCamera& camera, double tile, double sigma, int most, Random& random) {
+    std::vector<FloorPoint> all;
+    for (const FloorArea& area : camera.floor) {
+        for (double y = std::ceil(area.low.y() / tile) * tile; y <= area.high.y(); y += tile) {
+            for (double x = std::ceil(area.low.x() / tile) * tile; x <= area.high.x(); x += tile) {
+                const auto pixel = project_map_point(camera.truth, {x, y, 0});
+                if (pixel && camera.truth.model.contains(*pixel, 4)) all.push_back({*pixel, {x, y}});
+            }
+        }
+    }
+    std::vector<FloorPoint> chosen;
+    const double step = std::max(1.0, static_cast<double>(all.size()) / most);
+    for (double i = 0; i < static_cast<double>(all.size()); i += step) {
+        FloorPoint point = all[static_cast<std::size_t>(i)];
+        point.pixel += Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+        chosen.push_back(point);
+    }
+    return chosen;
+}
+
+double light_at(double time, std::uint64_t seed) {
+    Random random(seed ^ 0x11687);
+    double light = 1;
+    for (const double period : {37.0, 11.0, 4.3}) {
+        light += 0.01 * std::sin(2 * std::numbers::pi * (time / period + random.uniform()));
+    }
+    return light;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,79 @@
+// Simulated sites with exact truth: what is there, who moves how, and which cameras look.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "roomfix/base/random.hpp"
+#include "roomfix/base/result.hpp"
+#include "roomfix/overhead/li2014.hpp"
+#include "roomfix/simulate/camera_renderer.hpp"
+#include "roomfix/simulate/scene.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// A stretch of floor, m.
+struct FloorArea {
+    Eigen::Vector2d low, high;
+};
+
+struct ScenarioCamera {
+    std::string id;
+    View truth;                       // true pose; its covariance is not used
+    SensorModel sensor;
+    std::vector<FloorArea> floor;     // floor whose tile corners somebody can click on in the picture
+};
+
+struct ScenarioRobot {
+    SiteRobot robot;
+    RobotLook look;
+    std::vector<Eigen::Vector2d> path;  // m, closed; driven at constant speed, turning on the way
+    double speed = 0.4;                 // m/s
+    double start = 0;                   // m along the path at time 0
+};
+
+struct Scenario {
+    std::string name;
+    Site site;      // as its user would write it: cameras by clicked floor points, with clicking noise
+    Scene scene;
+    std::vector<ScenarioCamera> cameras;
+    std::vector<ScenarioRobot> robots;
+    double frame_rate = 10;
+    double duration = 60;
+};
+
+/// Names of all scenarios.
+std::vector<std::string> scenario_names();
+Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed);
+
+/// Li 2014: three aisles of 138, 150 and 152 cm, webcams at (279,570), (755,465) and (650,1030) cm, a robot of 54 x 54 cm.
+Scenario li2014_scenario(std::uint64_t seed);
+/// The same building with two robots of different size that drive through all three aisles.
+Scenario demo_scenario(std::uint64_t seed);
+
+/// Where a robot of the scenario is at a time (s).
+Pose2 robot_pose(const ScenarioRobot& robot, double time);
+
+/// Floor points of a camera as somebody would click them: visible tile corners, each coordinate with normal noise (px).
+std::vector<FloorPoint> clicked_floor_points(const ScenarioCamera& camera, double tile, double sigma, int most, Random& random);
+
+/// The room's light at a time (1 = nominal): slow drift, different for each seed.
+double light_at(double time, std::uint64_t seed);
+
+/// The paper's Table 1.
+struct Li2014TestPoint {
+    int camera;                 // 0, 1, 2
+    Eigen::Vector2d actual;     // m
+    Eigen::Vector2d measured;   // m, as printed
+    double printed_error;       // m, as printed
+};
+const std::vector<Li2014TestPoint>& li2014_test_points();
+
+/// The rectangle of floor tiles (0.9 x 2.4 m) that sets up the published method for a camera of the li2014 scenario,
+/// clicked with noise (px).
+Li2014Rectangle li2014_rectangle(const ScenarioCamera& camera, double sigma, Random& random);
+Li2014Aisle li2014_aisle(const ScenarioCamera& camera);
+
+}  // namespace roomfix

@@ -1,0 +1,87 @@
+// What a simulated room contains and how it is lit. Map frame, metres; light in arbitrary linear units, 1 = a white wall
+// in full light.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "roomfix/geometry/pose.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// How much light a surface gives back, with a grain of its own.
+struct Material {
+    float albedo = 0.5f;
+    float grain = 0.0f;       // relative strength of the texture
+    float grain_size = 0.02f; // m
+};
+
+/// An upright box or cylinder.
+struct Solid {
+    bool round = false;
+    Eigen::Vector3f centre = Eigen::Vector3f::Zero();
+    Eigen::Vector3f half = Eigen::Vector3f::Zero();  // half sizes along its own axes; a cylinder's radius is half.x()
+    float yaw = 0;
+    Material side;
+    Material top;
+};
+
+struct WallPanel {
+    Eigen::Vector2f from = Eigen::Vector2f::Zero();
+    Eigen::Vector2f to = Eigen::Vector2f::Zero();
+    float height = 2.8f;
+    Material material{0.72f, 0.02f, 0.05f};
+    float skirting = 0.10f;  // height of the dark band at the floor
+};
+
+struct Lamp {
+    Eigen::Vector3f position = Eigen::Vector3f::Zero();
+    float power = 1;   // irradiance at 1 m, straight below
+    float radius = 0;  // 0 casts a hard shadow
+};
+
+struct TiledFloor {
+    float tile = 0.30f;
+    float grout = 0.005f;
+    float albedo = 0.55f;
+    float variation = 0.05f;    // from tile to tile
+    Material grain{1, 0.02f, 0.015f};
+    float reflection = 0.06f;   // part of the light that is mirrored
+};
+
+struct Scene {
+    TiledFloor floor;
+    std::vector<WallPanel> walls;
+    std::vector<Solid> furniture;
+    std::vector<Lamp> lamps;
+    float ambient = 0.35f;
+    std::uint64_t seed = 1;
+};
+
+/// How a robot of the given shape looks: body, tracks and front arms, standing at `pose`. The body fills the shape's box;
+/// the arms stick out in front, as real ones do.
+struct RobotLook {
+    float body = 0.16f;   // albedo
+    float top = 0.30f;
+    bool arms = true;
+    Eigen::Vector3d size_error = Eigen::Vector3d::Zero();  // m: how far the real robot is off its data sheet
+};
+std::vector<Solid> robot_solids(const Shape& shape, const RobotLook& look, const Pose2& pose);
+
+/// Wall panels along polylines of the map.
+std::vector<WallPanel> panels_along(const std::vector<Polyline>& polylines, float height);
+
+/// Light from a point of the scene along a ray.
+struct RayHit {
+    float light = 0;
+    int surface = 0;  // which face was hit and which lamps reach it: equal numbers look alike
+};
+
+/// Follows the ray from `origin` along the unit vector `direction`. `jitter` in [0, 1)^2 picks the point of each lamp that
+/// decides the shadow. `moving` stands in the scene for this ray only.
+RayHit trace(const Scene& scene, const std::vector<Solid>& moving, const Eigen::Vector3f& origin,
+             const Eigen::Vector3f& direction, const Eigen::Vector2f& jitter);
+
+}  // namespace roomfix

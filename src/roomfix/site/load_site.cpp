@@ -1,0 +1,320 @@
+#include "roomfix/site/load_site.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "roomfix/site/yaml_reader.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double tallest = 1000;  // m
+
+std::optional<Eigen::Isometry3d> read_pose(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
+    const auto q = reader.numbers(reader.required(node, "quaternion", what), what + ".quaternion", 4, -1.01, 1.01);
+    if (!position || !q) return std::nullopt;
+    const Eigen::Quaterniond quaternion((*q)[3], (*q)[0], (*q)[1], (*q)[2]);
+    if (std::abs(quaternion.norm() - 1) > 1e-3) {
+        reader.error(node["quaternion"], fmt::format("{}.quaternion has length {:.4f}, a rotation has 1: write [x, y, z, w]", what,
+                                                     quaternion.norm()));
+        return std::nullopt;
+    }
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = quaternion.normalized().toRotationMatrix();
+    pose.translation() = *position;
+    return pose;
+}
+
+std::optional<Placement> read_known_pose(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    if (!reader.map(node, what, {"position", "quaternion", "covariance"})) return std::nullopt;
+    const auto pose = read_pose(reader, node, what);
+    KnownPose known;
+    if (const auto c = reader.numbers(node["covariance"], what + ".covariance", 36, -1e6, 1e6)) {
+        known.map_from_camera.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(c->data());
+        known.has_covariance = true;
+        const Matrix6d& p = known.map_from_camera.covariance;
+        const bool symmetric = (p - p.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * p.cwiseAbs().maxCoeff();
+        if (!symmetric || Eigen::SelfAdjointEigenSolver<Matrix6d>(p).eigenvalues()[0] < 0) {
+            reader.error(node["covariance"], what + ".covariance is not symmetric and positive: write it row by row, "
+                                                    "order x, y, z, rotation about x, y, z");
+        }
+    }
+    if (!pose) return std::nullopt;
+    known.map_from_camera.pose = *pose;
+    return known;
+}
+
+std::optional<Placement> read_floor_points(YamlReader& reader, const YAML::Node& node, const YAML::Node& sigma,
+                                           const std::string& what) {
+    if (!reader.list(node, what)) return std::nullopt;
+    KnownFloorPoints floor;
+    for (const auto& item : node) {
+        const std::string name = fmt::format("{}[{}]", what, floor.points.size());
+        if (!reader.map(item, name, {"pixel", "map"})) continue;
+        const auto pixel = reader.point2(reader.required(item, "pixel", name), name + ".pixel");
+        const auto map = reader.point2(reader.required(item, "map", name), name + ".map");
+        floor.points.push_back({pixel.value_or(Eigen::Vector2d::Zero()), map.value_or(Eigen::Vector2d::Zero())});
+    }
+    if (const auto s = reader.number(sigma, what + "_sigma", 1e-3, 100)) floor.sigma = *s;
+    return floor;
+}
+
+std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    std::vector<std::string> given;
+    for (const char* key : {"pose", "floor_points", "mount", "height"}) {
+        if (node[key].IsDefined()) given.emplace_back(key);
+    }
+    if (given.size() != 1) {
+        reader.error(node, given.empty() ? fmt::format("{} needs one of pose, floor_points, mount, height: where is the camera?", what)
+                                         : fmt::format("{} has {}: keep one of them", what, fmt::join(given, " and ")));
+        return std::nullopt;
+    }
+    const std::string inner = what + "." + given[0];
+    if (given[0] == "pose") return read_known_pose(reader, node["pose"], inner);
+    if (given[0] == "floor_points") return read_floor_points(reader, node["floor_points"], node["floor_points_sigma"], inner);
+    if (given[0] == "mount") {
+        if (!reader.map(node["mount"], inner, {"robot", "position", "quaternion"})) return std::nullopt;
+        const auto robot = reader.text(reader.required(node["mount"], "robot", inner), inner + ".robot");
+        const auto pose = read_pose(reader, node["mount"], inner);
+        if (!robot || !pose) return std::nullopt;
+        return Mount{*robot, *pose};
+    }
+    KnownHeight known;
+    known.height = reader.number(node["height"], inner, 0.001, tallest).value_or(1);
+    known.sigma = reader.number(node["height_sigma"], what + ".height_sigma", 1e-6, 10).value_or(known.sigma);
+    known.robot = reader.text(node["robot"], what + ".robot").value_or("");
+    return known;
+}
+
+void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
+    const std::string what = "cameras." + id;
+    if (!reader.map(node, what, {"source", "size", "intrinsics", "distortion", "pose", "floor_points", "floor_points_sigma", "mount",
+                                 "height", "height_sigma", "robot", "background"})) {
+        return;
+    }
+    SiteCamera camera;
+    camera.id = id;
+    camera.source = reader.text(reader.required(node, "source", what), what + ".source").value_or("");
+    camera.background = reader.text(node["background"], what + ".background").value_or("");
+    const auto size = reader.numbers(reader.required(node, "size", what), what + ".size", 2, 1, 32768);
+    const YAML::Node intrinsics = reader.required(node, "intrinsics", what);
+    if (intrinsics.IsDefined() && reader.map(intrinsics, what + ".intrinsics", {"fx", "fy", "cx", "cy"})) {
+        const auto value = [&](const char* key, double least) {
+            const std::string name = what + ".intrinsics." + key;
+            return reader.number(reader.required(intrinsics, key, what + ".intrinsics"), name, least, 1e6).value_or(1);
+        };
+        camera.model = {0, 0, value("fx", 1e-3), value("fy", 1e-3), value("cx", -1e6), value("cy", -1e6)};
+    }
+    if (const auto d = reader.numbers(node["distortion"], what + ".distortion", 5, -1e4, 1e4)) {
+        std::copy(d->begin(), d->end(), camera.model.distortion.begin());
+    }
+    if (size) {
+        camera.model.width = static_cast<int>((*size)[0]);
+        camera.model.height = static_cast<int>((*size)[1]);
+    }
+    camera.model.prepare();
+    const auto placement = read_placement(reader, node, what);
+    if (placement) camera.placement = *placement;
+    if (const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement); placement && floor && size && intrinsics.IsDefined()) {
+        std::string note;
+        const auto view = fixed_view(camera, &note);
+        if (!view) reader.error(node["floor_points"], view.error().message);
+        if (!note.empty()) reader.warn(node["floor_points"], note);
+    }
+    site.cameras.push_back(camera);
+}
+
+void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
+    const std::string what = "robots." + id;
+    if (!reader.map(node, what, {"shape", "size", "size_sigma", "count"})) return;
+    SiteRobot robot;
+    robot.id = id;
+    const auto kind = reader.text(reader.required(node, "shape", what), what + ".shape");
+    const YAML::Node size = reader.required(node, "size", what);
+    constexpr double smallest = 0.01;
+    constexpr double largest = 50;
+    if (kind == "box") {
+        if (const auto s = reader.numbers(size, what + ".size (length, width, height)", 3, smallest, largest)) {
+            robot.shape = Box{(*s)[0], (*s)[1], (*s)[2]};
+        }
+    } else if (kind == "cylinder") {
+        if (const auto s = reader.numbers(size, what + ".size (diameter, height)", 2, smallest, largest)) {
+            robot.shape = Cylinder{(*s)[0], (*s)[1]};
+        }
+    } else if (kind) {
+        reader.error(node["shape"], fmt::format("{}.shape must be box or cylinder, not '{}'", what, *kind));
+    }
+    robot.size_sigma = reader.number(node["size_sigma"], what + ".size_sigma", 1e-5, 10).value_or(robot.size_sigma);
+    if (const auto count = reader.text(node["count"], what + ".count")) {
+        robot.many = *count == "many";
+        if (*count != "many" && *count != "1") reader.error(node["count"], what + ".count must be 'many' or 1");
+    }
+    site.robots.push_back(robot);
+}
+
+void read_installed(YamlReader& reader, const YAML::Node& root, Site& site) {
+    for (const auto& [id, node] : reader.named(root["beacons"], "beacons")) {
+        const std::string what = "beacons." + id;
+        if (!reader.map(node, what, {"position"})) continue;
+        const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
+        site.beacons.push_back({id, position.value_or(Eigen::Vector3d::Zero())});
+    }
+    for (const auto& [id, node] : reader.named(root["landmarks"], "landmarks")) {
+        const std::string what = "landmarks." + id;
+        if (!reader.map(node, what, {"position", "yaw_deg", "legs", "beacon"})) continue;
+        SiteLandmark landmark{id};
+        landmark.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(landmark.position);
+        landmark.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
+        if (const auto legs = reader.numbers(reader.required(node, "legs", what), what + ".legs", 2, 0.001, 10)) {
+            landmark.legs = {(*legs)[0], (*legs)[1]};
+        }
+        landmark.beacon = reader.text(node["beacon"], what + ".beacon").value_or("");
+        const bool known = std::any_of(site.beacons.begin(), site.beacons.end(), [&](const auto& b) { return b.id == landmark.beacon; });
+        if (!landmark.beacon.empty() && !known) {
+            reader.error(node["beacon"], fmt::format("{}.beacon: there is no beacon '{}' under beacons", what, landmark.beacon));
+        }
+        site.landmarks.push_back(landmark);
+    }
+    for (const auto& [id, node] : reader.named(root["corners"], "corners")) {
+        const std::string what = "corners." + id;
+        if (!reader.map(node, what, {"position", "yaw_deg"})) continue;
+        SiteCorner corner{id};
+        corner.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(corner.position);
+        corner.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
+        site.corners.push_back(corner);
+    }
+}
+
+void read_outputs(YamlReader& reader, const YAML::Node& node, Site& site) {
+    if (!node.IsDefined() || !reader.map(node, "outputs", {"jsonl", "web", "mqtt", "ros2", "history"})) return;
+    for (const char* later : {"mqtt", "ros2", "history"}) {
+        if (node[later].IsDefined()) reader.warn(node[later], fmt::format("outputs.{} is not available in this version and is ignored", later));
+    }
+    if (node["jsonl"].IsDefined()) site.outputs.jsonl = reader.text(node["jsonl"], "outputs.jsonl").value_or("");
+    if (node["web"].IsDefined() && reader.map(node["web"], "outputs.web", {"host", "port"})) {
+        WebOutput web;
+        web.host = reader.text(node["web"]["host"], "outputs.web.host").value_or(web.host);
+        web.port = reader.integer(node["web"]["port"], "outputs.web.port", 0, 65535).value_or(web.port);
+        site.outputs.web = web;
+    }
+}
+
+void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
+    if (!node.IsDefined() || !reader.map(node, "site", {"name", "ceiling", "walls"})) return;
+    site.name = reader.text(reader.required(node, "name", "site"), "site.name").value_or("");
+    site.ceiling = reader.number(node["ceiling"], "site.ceiling", 0.1, tallest).value_or(0);
+    if (!node["walls"].IsDefined() || !reader.list(node["walls"], "site.walls")) return;
+    for (const auto& line : node["walls"]) {
+        const std::string what = fmt::format("site.walls[{}]", site.walls.size());
+        Polyline polyline;
+        if (reader.list(line, what)) {
+            for (const auto& point : line) {
+                if (const auto p = reader.point2(point, what)) polyline.push_back(*p);
+            }
+            if (line.size() < 2) reader.error(line, what + " needs two or more points [x, y]");
+        }
+        site.walls.push_back(polyline);
+    }
+}
+
+/// Names that point nowhere, and what the file as a whole lacks.
+void check_references(YamlReader& reader, const YAML::Node& root, const Site& site) {
+    const auto robot_known = [&](const std::string& id) {
+        return std::any_of(site.robots.begin(), site.robots.end(), [&](const auto& r) { return r.id == id; });
+    };
+    for (const auto& camera : site.cameras) {
+        const YAML::Node node = root["cameras"][camera.id];
+        std::string robot;
+        if (const auto* mount = std::get_if<Mount>(&camera.placement)) robot = mount->robot;
+        if (const auto* height = std::get_if<KnownHeight>(&camera.placement)) robot = height->robot;
+        if (!robot.empty() && !robot_known(robot)) {
+            reader.error(node, fmt::format("cameras.{}: there is no robot '{}' under robots", camera.id, robot));
+        }
+        if (const auto* known = std::get_if<KnownPose>(&camera.placement); known && !known->has_covariance) {
+            reader.warn(node["pose"], fmt::format("cameras.{}.pose has no covariance: the fixes' uncertainty leaves the calibration out",
+                                                  camera.id));
+        }
+    }
+}
+
+std::optional<YAML::Node> parse_yaml(std::string_view text, std::vector<Problem>& problems) {
+    try {
+        return YAML::Load(std::string(text));
+    } catch (const YAML::Exception& problem) {
+        problems.push_back({problem.mark.line + 1, problem.mark.column + 1, true, "not valid YAML: " + problem.msg});
+    } catch (const std::exception& problem) {
+        problems.push_back({0, 0, true, std::string("not valid YAML: ") + problem.what()});
+    }
+    return std::nullopt;
+}
+
+void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
+    if (!root.IsMap()) {
+        reader.error(root, "a site file is a map that starts with 'roomfix: 1'");
+        return;
+    }
+    reader.map(root, "the site file", {"roomfix", "site", "cameras", "robots", "landmarks", "beacons", "corners", "outputs"});
+    const YAML::Node version = reader.required(root, "roomfix", "the site file");
+    if (version.IsDefined() && (!version.IsScalar() || version.Scalar() != "1")) {
+        reader.error(version, "this is not format 1: write 'roomfix: 1', or use a newer roomfix");
+    }
+    read_place(reader, reader.required(root, "site", "the site file"), site);
+    for (const auto& [id, node] : reader.named(root["cameras"], "cameras")) read_camera(reader, id, node, site);
+    for (const auto& [id, node] : reader.named(root["robots"], "robots")) read_robot(reader, id, node, site);
+    read_installed(reader, root, site);
+    read_outputs(reader, root["outputs"], site);
+    if (root["cameras"].IsDefined() && root["cameras"].IsMap()) check_references(reader, root, site);
+}
+
+}  // namespace
+
+LoadedSite parse_site(std::string_view text, const std::filesystem::path& folder) {
+    LoadedSite loaded;
+    loaded.site.folder = folder;
+    const auto root = parse_yaml(text, loaded.problems);
+    if (!root) return loaded;
+    try {
+        YamlReader reader(loaded.problems);
+        read_site(reader, *root, loaded.site);
+    } catch (const YAML::Exception& problem) {  // yaml-cpp throws on some odd node types; they are the file's fault
+        loaded.problems.push_back({problem.mark.line + 1, problem.mark.column + 1, true, "cannot be read: " + problem.msg});
+    }
+    std::stable_sort(loaded.problems.begin(), loaded.problems.end(), [](const Problem& a, const Problem& b) {
+        return a.line != b.line ? a.line < b.line : a.column < b.column;
+    });
+    return loaded;
+}
+
+LoadedSite inspect_site(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    std::error_code failure;
+    if (!stream || std::filesystem::is_directory(file, failure) || !(text << stream.rdbuf())) {
+        LoadedSite loaded;
+        loaded.problems.push_back({0, 0, true, "cannot be read as a site file: check the name and that it is not empty"});
+        return loaded;
+    }
+    return parse_site(text.str(), std::filesystem::absolute(file).parent_path());
+}
+
+std::string problem_text(const std::filesystem::path& file, const Problem& problem) {
+    return fmt::format("{}:{}:{}: {}: {}", file.string(), problem.line, problem.column, problem.fatal ? "error" : "note",
+                       problem.message);
+}
+
+Result<Site> load_site(const std::filesystem::path& file) {
+    auto loaded = inspect_site(file);
+    if (loaded.usable()) return std::move(loaded.site);
+    std::string all;
+    for (const auto& problem : loaded.problems) {
+        if (problem.fatal) all += (all.empty() ? "" : "\n") + problem_text(file, problem);
+    }
+    return Error{all};
+}
+
+}  // namespace roomfix

@@ -1,0 +1,33 @@
+#include "roomfix/site/site.hpp"
+
+#include <fmt/format.h>
+
+namespace roomfix {
+
+std::string resolved_path(const Site& site, const std::string& path) {
+    if (path.empty() || path.find("://") != std::string::npos || path.front() == '/') return path;
+    return (site.folder / path).lexically_normal().string();
+}
+
+Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
+    if (const auto* known = std::get_if<KnownPose>(&camera.placement)) return View{camera.model, known->map_from_camera};
+    if (const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement)) {
+        auto solved = camera_pose_from_floor_points(camera.model, floor->points, floor->sigma);
+        if (!solved) return Error{fmt::format("camera {}: {}", camera.id, solved.error().message)};
+        if (note && solved->rms > 4 * floor->sigma) {
+            *note = fmt::format("camera {}: the floor points disagree by {:.1f} px rms; point {} is off by {:.1f} px: check it",
+                                camera.id, solved->rms, solved->worst + 1, solved->worst_error);
+        }
+        return View{camera.model, solved->map_from_camera};
+    }
+    return Error{fmt::format("camera {} is not fixed in the map: only a camera with 'pose' or 'floor_points' can watch robots",
+                             camera.id)};
+}
+
+Eigen::Vector3d half_size(const Shape& shape) {
+    if (const auto* box = std::get_if<Box>(&shape)) return {box->length / 2, box->width / 2, box->height / 2};
+    const auto& cylinder = std::get<Cylinder>(shape);
+    return {cylinder.diameter / 2, cylinder.diameter / 2, cylinder.height / 2};
+}
+
+}  // namespace roomfix

@@ -1,0 +1,127 @@
+// One place: its map, cameras, robots, landmarks, beacons and corners, as plain values. SI units, frames as in the names.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "roomfix/geometry/camera_model.hpp"
+#include "roomfix/geometry/floor_points.hpp"
+#include "roomfix/geometry/pose.hpp"
+#include "roomfix/geometry/view.hpp"
+
+namespace roomfix {
+
+/// Where a fixed camera is: its pose, with the covariance where the file states one.
+struct KnownPose {
+    UncertainPose3 map_from_camera;
+    bool has_covariance = false;
+};
+
+/// Where a fixed camera is, told by points on the floor.
+struct KnownFloorPoints {
+    std::vector<FloorPoint> points;
+    double sigma = 0.5;  // px, noise of each clicked coordinate
+};
+
+/// A camera on a robot.
+struct Mount {
+    std::string robot;
+    Eigen::Isometry3d robot_from_camera = Eigen::Isometry3d::Identity();
+};
+
+/// A camera of which only the height is known.
+struct KnownHeight {
+    double height = 0;       // m above the floor
+    double sigma = 0.005;    // m
+    std::string robot;       // empty: no robot is where the camera is
+};
+
+using Placement = std::variant<KnownPose, KnownFloorPoints, Mount, KnownHeight>;
+
+struct SiteCamera {
+    std::string id;
+    std::string source;                     // as written; resolve with source_path()
+    CameraModel model;
+    Placement placement;
+    std::string background;                 // as written; empty: learn from the source itself
+};
+
+struct Box {
+    double length = 0, width = 0, height = 0;  // m, along the robot's x, y, z
+};
+struct Cylinder {
+    double diameter = 0, height = 0;  // m
+};
+using Shape = std::variant<Box, Cylinder>;
+
+struct SiteRobot {
+    std::string id;
+    Shape shape;
+    double size_sigma = 0.005;  // m: how well the shape is known
+    bool many = false;          // any number of them, all alike
+};
+
+struct SiteLandmark {
+    std::string id;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    double yaw = 0;
+    std::array<double, 2> legs = {0, 0};
+    std::string beacon;
+};
+struct SiteBeacon {
+    std::string id;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+struct SiteCorner {
+    std::string id;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    double yaw = 0;
+};
+
+struct WebOutput {
+    std::string host = "127.0.0.1";
+    int port = 8080;
+};
+struct Outputs {
+    std::optional<WebOutput> web;
+    std::string jsonl;  // file for fixes; empty: none
+};
+
+using Polyline = std::vector<Eigen::Vector2d>;
+
+struct Site {
+    std::filesystem::path folder;  // relative paths start here
+    std::string name;
+    double ceiling = 0;  // m; 0: not stated
+    std::vector<Polyline> walls;
+    std::vector<SiteCamera> cameras;
+    std::vector<SiteRobot> robots;
+    std::vector<SiteLandmark> landmarks;
+    std::vector<SiteBeacon> beacons;
+    std::vector<SiteCorner> corners;
+    Outputs outputs;
+
+    const SiteCamera* camera(const std::string& id) const {
+        for (const auto& c : cameras) {
+            if (c.id == id) return &c;
+        }
+        return nullptr;
+    }
+};
+
+/// A path of the site file, made absolute by the site's folder. Devices and addresses (/dev/..., rtsp://...) stay.
+std::string resolved_path(const Site& site, const std::string& path);
+
+/// The camera as a view of the map, with the covariance that its placement gives. An error for a camera on a robot or of
+/// known height only, and where the floor points do not fix the pose. `note` receives a sentence worth showing, if any.
+Result<View> fixed_view(const SiteCamera& camera, std::string* note = nullptr);
+
+/// Length of the robot along each axis: half sizes of the box around it (m).
+Eigen::Vector3d half_size(const Shape& shape);
+
+}  // namespace roomfix
