@@ -64,7 +64,7 @@ int demo(const Arguments& arguments) {
     const auto start = std::chrono::steady_clock::now();
     const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
     std::vector<Solid> solids;
-    LumaImage frame;
+    std::vector<LumaImage> frames(renderers.size());
     for (std::uint64_t i = 0; !stop_requested(); ++i) {
         const auto elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start);
         const double time = elapsed.count();
@@ -74,10 +74,13 @@ int demo(const Arguments& arguments) {
             const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
             solids.insert(solids.end(), parts.begin(), parts.end());
         }
+        // Render side by side, feed in the cameras' order.
+        std::vector<std::thread> threads;
         for (std::size_t c = 0; c < renderers.size(); ++c) {
-            renderers[c].render(solids, light_at(time, arguments.seed + c), i, frame);
-            (void)room.feed(c, frame, epoch + from_seconds(time));
+            threads.emplace_back([&, c] { renderers[c].render(solids, light_at(time, arguments.seed + c), i, frames[c]); });
         }
+        for (auto& thread : threads) thread.join();
+        for (std::size_t c = 0; c < renderers.size(); ++c) (void)room.feed(c, frames[c], epoch + from_seconds(time));
         const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
         std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
     }

@@ -90,7 +90,7 @@ Solid occluder_for(const Scene& scene, const View& view, const std::vector<Solid
     const Eigen::Vector2d across(-towards.y(), towards.x());
     const auto solid_at = [&](double amount) {
         Solid s;
-        s.yaw = static_cast<float>(std::atan2(towards.y(), towards.x()));
+        s.axis = towards.cast<float>();
         s.side = {0.5f, 0.05f, 0.03f};
         s.top = s.side;
         const double height = side == 2 ? amount : 1.2;

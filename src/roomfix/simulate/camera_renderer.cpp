@@ -11,6 +11,7 @@ namespace roomfix {
 namespace {
 
 constexpr int blur_reach = 4;
+constexpr int cell_size = 4;    // px: one ray per cell finds out whether a robot or its shadow is there
 constexpr int margin = 2 * blur_reach + 1;  // px around what changes: the blur's reach, and as much again to join the parts
 
 std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
@@ -41,6 +42,9 @@ CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const Senso
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) still_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, {});
     }
+    for (int y = 0; y < height_; y += cell_size) {
+        for (int x = 0; x < width_; x += cell_size) still_surface_.push_back(centre_ray(x + cell_size / 2, y + cell_size / 2, {}).surface);
+    }
     still_blurred_ = still_;
     blur(still_blurred_, {0, 0, width_ - 1, height_ - 1});
 }
@@ -55,6 +59,28 @@ Eigen::Vector3f CameraRenderer::direction(float x, float y) const {
     const auto* bottom = top + width_ + 1;
     if (top[0].isZero() || top[1].isZero() || bottom[0].isZero() || bottom[1].isZero()) return Eigen::Vector3f::Zero();
     return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
+}
+
+RayHit CameraRenderer::centre_ray(int x, int y, const std::vector<Solid>& moving) const {
+    const Eigen::Vector3f d = direction(static_cast<float>(x), static_cast<float>(y));
+    if (d.isZero()) return {};
+    return trace(scene_, moving, view_.position().cast<float>(), d.normalized(), {0.5f, 0.5f});
+}
+
+/// Marks the grid cells of `area` that look different with `moving` in the scene, and their neighbours.
+void CameraRenderer::mark_changed(const Rectangle& area, const std::vector<Solid>& moving) const {
+    const int across = (width_ + cell_size - 1) / cell_size;
+    const int down = (height_ + cell_size - 1) / cell_size;
+    changed_.assign(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 0);
+    for (int j = area.top / cell_size; j <= area.bottom / cell_size; ++j) {
+        for (int i = area.left / cell_size; i <= area.right / cell_size; ++i) {
+            const int surface = centre_ray(i * cell_size + cell_size / 2, j * cell_size + cell_size / 2, moving).surface;
+            if (surface == still_surface_[static_cast<std::size_t>(j * across + i)]) continue;
+            for (int v = std::max(j - 1, 0); v <= std::min(j + 1, down - 1); ++v) {
+                for (int u = std::max(i - 1, 0); u <= std::min(i + 1, across - 1); ++u) changed_[static_cast<std::size_t>(v * across + u)] = 1;
+            }
+        }
+    }
 }
 
 /// Mean light over a pixel: four rays where they agree on what they see, sixteen where they do not.
@@ -147,8 +173,13 @@ void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::
         const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
                                 area.right < width_ - 1 ? area.right - blur_reach : area.right,
                                 area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
+        mark_changed(changed, moving);
+        const int across = (width_ + cell_size - 1) / cell_size;
         for (int y = changed.top; y <= changed.bottom; ++y) {
-            for (int x = changed.left; x <= changed.right; ++x) work_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, moving);
+            for (int x = changed.left; x <= changed.right; ++x) {
+                if (!changed_[static_cast<std::size_t>(y / cell_size * across + x / cell_size)]) continue;
+                work_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, moving);
+            }
         }
         blur(work_, area);
         // The outermost ring was blurred together with what lies beyond the area: nothing changes there.

@@ -36,6 +36,8 @@ private:
         int left, top, right, bottom;  // inclusive
     };
     Rectangle reach(const std::vector<Solid>& moving) const;
+    RayHit centre_ray(int x, int y, const std::vector<Solid>& moving) const;
+    void mark_changed(const Rectangle& area, const std::vector<Solid>& moving) const;
     float traced(int x, int y, const std::vector<Solid>& moving) const;
     Eigen::Vector3f direction(float x, float y) const;
     void blur(std::vector<float>& light, const Rectangle& area) const;
@@ -47,8 +49,10 @@ private:
     int width_, height_;
     std::vector<Eigen::Vector3f> corner_rays_;  // (width + 1) x (height + 1), at the pixels' corners
     std::vector<float> still_;                  // light without robots, before the blur
+    std::vector<int> still_surface_;            // what the ray through each grid cell's middle meets
     std::vector<float> still_blurred_;
-    mutable std::vector<float> work_;
+    mutable std::vector<float> work_;           // renders are not meant to run in two threads at once
+    mutable std::vector<char> changed_;         // per grid cell
 };
 
 }  // namespace roomfix

@@ -90,8 +90,8 @@ std::optional<std::pair<float, Vector3f>> meet(const Solid& solid, const Vector3
 void meet_solids(const std::vector<Solid>& solids, int first_surface, const Vector3f& origin, const Vector3f& direction, Hit& hit) {
     for (std::size_t i = 0; i < solids.size(); ++i) {
         const Solid& s = solids[i];
-        const float cosine = std::cos(s.yaw);
-        const float sine = std::sin(s.yaw);
+        const float cosine = s.axis.x();
+        const float sine = s.axis.y();
         const Vector3f o = turned(origin - s.centre, cosine, sine);
         const Vector3f d = turned(direction, cosine, sine);
         const auto met = meet(s, o, d);
@@ -111,8 +111,8 @@ bool blocked(const std::vector<Solid>& solids, const Vector3f& origin, const Vec
         const float along = to.dot(direction);
         const float reach = s.half.norm();
         if ((to - along * direction).squaredNorm() > reach * reach) continue;
-        const float cosine = std::cos(s.yaw);
-        const float sine = std::sin(s.yaw);
+        const float cosine = s.axis.x();
+        const float sine = s.axis.y();
         const auto met = meet(s, turned(to, cosine, sine) * -1.0f, turned(direction, cosine, sine));
         if (met && met->first < distance) return true;
     }
@@ -219,10 +219,10 @@ std::vector<Solid> robot_solids(const Shape& shape, const RobotLook& look, const
     const Material body{look.body, 0.05f, 0.03f};
     const Material top{look.top, 0.05f, 0.04f};
     const Material rubber{0.05f, 0.2f, 0.02f};
-    const float yaw = static_cast<float>(pose.yaw);
+    const Eigen::Vector2f yaw(static_cast<float>(std::cos(pose.yaw)), static_cast<float>(std::sin(pose.yaw)));
     const auto place = [&](float x, float y, float z) -> Vector3f {
-        return {static_cast<float>(pose.x) + std::cos(yaw) * x - std::sin(yaw) * y,
-                static_cast<float>(pose.y) + std::sin(yaw) * x + std::cos(yaw) * y, z};
+        return {static_cast<float>(pose.x) + yaw.x() * x - yaw.y() * y,
+                static_cast<float>(pose.y) + yaw.y() * x + yaw.x() * y, z};
     };
     std::vector<Solid> solids;
     if (std::holds_alternative<Cylinder>(shape)) {

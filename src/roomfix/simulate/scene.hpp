@@ -23,7 +23,7 @@ struct Solid {
     bool round = false;
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     Eigen::Vector3f half = Eigen::Vector3f::Zero();  // half sizes along its own axes; a cylinder's radius is half.x()
-    float yaw = 0;
+    Eigen::Vector2f axis = Eigen::Vector2f::UnitX();  // cosine and sine of its yaw
     Material side;
     Material top;
 };

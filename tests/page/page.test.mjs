@@ -1,0 +1,107 @@
+// The page in headless Chromium, fed by `roomfix demo`: node --test tests/page/page.test.mjs
+// ROOMFIX is the program, ROOMFIX_SCREENSHOTS (optional) a folder for pictures to look at.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { mkdirSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+
+const require = createRequire(fileURLToPath(new URL('../../web/package.json', import.meta.url)));
+const { chromium } = require('playwright-core');
+
+const program = process.env.ROOMFIX;
+const screenshots = process.env.ROOMFIX_SCREENSHOTS;
+let demo;
+let address;
+let browser;
+
+before(async () => {
+  assert.ok(program, 'set ROOMFIX to the roomfix program');
+  demo = spawn(program, ['demo', '--port', '0', '--seconds', '170'], { stdio: ['ignore', 'ignore', 'pipe'] });
+  address = await new Promise((resolve, reject) => {
+    let said = '';
+    demo.stderr.on('data', (text) => {
+      said += text;
+      const found = said.match(/http:\/\/[\d.:]+/);
+      if (found) resolve(found[0]);
+    });
+    demo.on('exit', () => reject(new Error(`the demo ended: ${said}`)));
+  });
+  browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+           '--disable-component-update', '--disable-sync'],
+  });
+  if (screenshots) mkdirSync(screenshots, { recursive: true });
+});
+
+after(async () => {
+  await browser?.close();
+  demo?.kill();
+});
+
+async function open(options) {
+  const context = await browser.newContext(options);
+  const page = await context.newPage();
+  const problems = [];
+  page.on('pageerror', (error) => problems.push(String(error)));
+  page.on('console', (message) => {
+    if (message.type() === 'error' && !message.text().includes('404')) problems.push(message.text());
+  });
+  await page.goto(address);
+  await page.waitForSelector('.robots [data-robot="r1"] .body', { timeout: 60000 });
+  return { page, problems, close: () => context.close() };
+}
+
+test('robots move on the map', async () => {
+  const { page, problems, close } = await open({ viewport: { width: 1280, height: 800 } });
+  assert.equal(await page.textContent('#connection'), 'live');
+  const place = () => page.getAttribute('.robots [data-robot="r1"] .body', 'transform');
+  const first = await place();
+  await page.waitForFunction((before) => document.querySelector('.robots [data-robot="r1"] .body').getAttribute('transform') !== before, first, { timeout: 30000 });
+  const [x, y] = (await place()).match(/translate\(([\d.-]+) ([\d.-]+)\)/).slice(1).map(Number);
+  assert.ok(x > 4 && x < 14 && y > 5 && y < 11.2, `r1 is inside the building, not at ${x}, ${y}`);
+  assert.ok((await page.locator('.walls polyline').count()) >= 4);
+  assert.equal(await page.locator('.views polygon').count(), 3);
+  assert.match(await page.textContent('#robots'), /± [\d.]+ cm from hall/);
+  assert.deepEqual(problems, []);
+  await close();
+});
+
+test('a camera shows its picture with the outline on the robot', async () => {
+  const { page, close } = await open({ viewport: { width: 1280, height: 800 } });
+  const outline = page.locator('.camera polygon').first();
+  await outline.waitFor({ state: 'attached', timeout: 60000 });
+  const corners = (await outline.getAttribute('points')).split(' ');
+  assert.ok(corners.length >= 4);
+  await page.waitForFunction(() => [...document.querySelectorAll('.camera img')].some((i) => i.naturalWidth >= 480), undefined, { timeout: 30000 });
+  await page.waitForTimeout(6000);
+  if (screenshots) await page.screenshot({ path: `${screenshots}/page-light.png` });
+  await close();
+});
+
+test('dark, and on a phone', async () => {
+  const dark = await open({ viewport: { width: 1280, height: 800 }, colorScheme: 'dark' });
+  const background = await dark.page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  assert.equal(background, 'rgb(18, 22, 20)');
+  await dark.page.waitForTimeout(1500);
+  if (screenshots) await dark.page.screenshot({ path: `${screenshots}/page-dark.png` });
+  await dark.close();
+  const phone = await open({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
+  const width = await phone.page.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(width <= 390, `nothing sticks out to the side (${width} px)`);
+  await phone.page.waitForTimeout(1500);
+  if (screenshots) await phone.page.screenshot({ path: `${screenshots}/page-phone.png` });
+  await phone.close();
+});
+
+test('the data behind the page', async () => {
+  const site = await (await fetch(`${address}/api/site`)).json();
+  assert.deepEqual(site.cameras.map((c) => c.id), ['hall1', 'hall2', 'hall3']);
+  const state = await (await fetch(`${address}/api/state`)).json();
+  assert.ok(state.robots.every((r) => r.cov[0] > 0 && r.cov[2] > 0));
+  assert.equal((await fetch(`${address}/api/cameras/nowhere.jpg`)).status, 404);
+  const picture = await fetch(`${address}/api/cameras/hall1.jpg`);
+  assert.equal(picture.headers.get('content-type'), 'image/jpeg');
+});

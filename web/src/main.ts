@@ -1,0 +1,123 @@
+import './style.css';
+import { CameraCard } from './cameras';
+import { colourOf } from './colours';
+import { FloorMap } from './map';
+import type { RobotState, Site, State } from './types';
+
+function element<T extends Element = HTMLElement>(id: string): T {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no #${id}`);
+  return found as unknown as T;
+}
+
+const connection = element('connection');
+const map = new FloorMap(element<SVGSVGElement>('map'), (metres, pixels) => {
+  const scale = element('scale');
+  scale.querySelector('span')!.textContent = metres < 1 ? `${metres * 100} cm` : `${metres} m`;
+  scale.querySelector('i')!.style.width = `${pixels}px`;
+});
+const cards = new Map<string, CameraCard>();
+const rows = new Map<string, HTMLElement>();
+
+function connected(state: 'live' | 'connecting' | 'lost'): void {
+  connection.textContent = state === 'lost' ? 'connection lost' : state;
+  connection.dataset.status = state === 'live' ? 'ok' : state === 'lost' ? 'failed' : 'waiting';
+}
+
+function showSite(site: Site): void {
+  element('site-name').textContent = site.name;
+  document.title = `${site.name} - roomfix`;
+  map.setSite(site);
+  const list = element('cameras');
+  list.replaceChildren();
+  cards.clear();
+  for (const camera of site.cameras) {
+    const card = new CameraCard(camera);
+    cards.set(camera.id, card);
+    list.append(card.element);
+  }
+}
+
+/** Radius of the 95 % ellipse's longer axis, in words. */
+function uncertainty([xx, xy, yy]: RobotState['cov']): string {
+  const largest = (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy);
+  const metres = Math.sqrt(5.991 * Math.max(largest, 0));
+  return metres < 1 ? `± ${(100 * metres).toFixed(1)} cm` : `± ${metres.toFixed(1)} m`;
+}
+
+function showRobots(robots: RobotState[]): void {
+  const list = element('robots');
+  const present = new Set(robots.map((r) => r.id));
+  for (const [id, row] of rows) {
+    if (present.has(id)) continue;
+    row.remove();
+    rows.delete(id);
+  }
+  list.classList.toggle('empty', robots.length === 0);
+  for (const robot of robots) {
+    let row = rows.get(robot.id);
+    if (!row) {
+      row = document.createElement('div');
+      row.className = 'robot';
+      row.innerHTML = '<i></i><b></b><span class="pill"></span><span class="place"></span><span class="quiet"></span>';
+      row.style.setProperty('--robot', colourOf(robot.id));
+      row.querySelector('b')!.textContent = robot.id;
+      rows.set(robot.id, row);
+      list.append(row);
+    }
+    const status = row.querySelector<HTMLElement>('.pill')!;
+    status.textContent = robot.status;
+    status.dataset.status = robot.status;
+    const yaw = robot.yaw === null ? '' : `, ${((robot.yaw * 180) / Math.PI).toFixed(1)}°`;
+    row.querySelector('.place')!.textContent = `${robot.x.toFixed(3)}, ${robot.y.toFixed(3)} m${yaw}`;
+    row.querySelector('.quiet')!.textContent = `${uncertainty(robot.cov)}${robot.sources.length ? ` from ${robot.sources.join(', ')}` : ''}`;
+  }
+}
+
+function showState(state: State): void {
+  map.setRobots(state.robots, state.time);
+  showRobots(state.robots);
+  for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
+}
+
+function listen(): void {
+  const events = new EventSource('api/events');
+  events.onopen = () => connected('live');
+  events.onerror = () => connected('lost'); // the browser tries again by itself
+  events.addEventListener('state', (event) => {
+    connected('live');
+    const state = JSON.parse((event as MessageEvent<string>).data) as Partial<State>;
+    if (state.robots && state.cameras) showState(state as State);
+  });
+}
+
+async function start(): Promise<void> {
+  for (;;) {
+    try {
+      const answer = await fetch('api/site');
+      if (answer.ok) {
+        showSite((await answer.json()) as Site);
+        break;
+      }
+    } catch {
+      connected('lost');
+    }
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+  }
+  listen();
+}
+
+element('zoom-in').addEventListener('click', () => map.zoom(1.4));
+element('zoom-out').addEventListener('click', () => map.zoom(1 / 1.4));
+element('zoom-fit').addEventListener('click', () => map.fit());
+
+const root = document.documentElement;
+const stored = localStorage.getItem('roomfix-theme');
+if (stored) root.dataset.theme = stored;
+element('theme').addEventListener('click', () => {
+  const dark = root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
+  root.dataset.theme = dark ? 'light' : 'dark';
+  localStorage.setItem('roomfix-theme', root.dataset.theme);
+});
+
+void start();

@@ -1,0 +1,201 @@
+import { colourOf } from './colours';
+import { add, points, set } from './svg';
+import type { Point, RobotShape, RobotState, Site } from './types';
+
+const trailSeconds = 30;
+const trailGap = 0.03; // m between points of a trail
+
+interface Drawn {
+  group: SVGGElement;
+  trail: SVGPolylineElement;
+  ellipse: SVGEllipseElement;
+  body: SVGGElement;
+  label: SVGTextElement;
+  path: { time: number; at: Point }[];
+}
+
+interface Box {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+/** The floor plan, seen from above: x to the right, y up. */
+export class FloorMap {
+  private readonly svg: SVGSVGElement;
+  private readonly layers: { views: SVGGElement; walls: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
+  private readonly drawn = new Map<string, Drawn>();
+  private all: Box = { x: -1, y: -1, width: 2, height: 2 };
+  private shown: Box = this.all;
+  private site: Site | null = null;
+
+  constructor(svg: SVGSVGElement, private readonly onScale: (metres: number, pixels: number) => void) {
+    this.svg = svg;
+    // y points up on the map and down on the screen.
+    const world = add(svg, 'g', { transform: 'scale(1 -1)' });
+    this.layers = {
+      views: add(world, 'g', { class: 'views' }),
+      walls: add(world, 'g', { class: 'walls' }),
+      cameras: add(world, 'g', { class: 'cameras' }),
+      robots: add(world, 'g', { class: 'robots' }),
+    };
+    this.listen();
+    new ResizeObserver(() => this.show(this.shown)).observe(svg);
+  }
+
+  setSite(site: Site): void {
+    this.site = site;
+    for (const layer of [this.layers.views, this.layers.walls, this.layers.cameras]) layer.replaceChildren();
+    for (const wall of site.walls) add(this.layers.walls, 'polyline', { points: points(wall) });
+    for (const camera of site.cameras) {
+      add(this.layers.views, 'polygon', { points: points(camera.view), 'data-camera': camera.id });
+      const mark = add(this.layers.cameras, 'g', { transform: `translate(${camera.position[0]} ${camera.position[1]})` });
+      add(mark, 'circle', { r: 0.11 });
+      const label = add(mark, 'text', { transform: 'scale(1 -1)', x: 0, y: 0.42 });
+      label.textContent = camera.id;
+    }
+    const corners: Point[] = site.walls.length
+      ? site.walls.flat().concat(site.cameras.map((c) => c.position))
+      : site.cameras.flatMap((c) => [...c.view, c.position]);
+    if (corners.length) {
+      const xs = corners.map((p) => p[0]);
+      const ys = corners.map((p) => p[1]);
+      const margin = 0.6;
+      this.all = {
+        x: Math.min(...xs) - margin,
+        y: -Math.max(...ys) - margin,
+        width: Math.max(...xs) - Math.min(...xs) + 2 * margin,
+        height: Math.max(...ys) - Math.min(...ys) + 2 * margin,
+      };
+    }
+    this.fit();
+  }
+
+  fit(): void {
+    this.show(this.all);
+  }
+
+  zoom(factor: number, centre?: Point): void {
+    const { x, y, width, height } = this.shown;
+    const [cx, cy] = centre ?? [x + width / 2, y + height / 2];
+    const limited = Math.min(Math.max(width / factor, 0.5), this.all.width * 4) / width;
+    this.show({ x: cx - (cx - x) * limited, y: cy - (cy - y) * limited, width: width * limited, height: height * limited });
+  }
+
+  setRobots(robots: RobotState[], time: number): void {
+    const present = new Set(robots.map((r) => r.id));
+    for (const [id, drawn] of this.drawn) {
+      if (present.has(id)) continue;
+      drawn.group.remove();
+      this.drawn.delete(id);
+    }
+    for (const robot of robots) this.place(this.drawn.get(robot.id) ?? this.create(robot), robot, time);
+  }
+
+  private create(robot: RobotState): Drawn {
+    const colour = colourOf(robot.id);
+    const group = add(this.layers.robots, 'g', { style: `--robot: ${colour}`, 'data-robot': robot.id });
+    const trail = add(group, 'polyline', { class: 'trail' });
+    const ellipse = add(group, 'ellipse', { class: 'ellipse' });
+    const body = add(group, 'g', { class: 'body' });
+    this.drawShape(body, this.shapeOf(robot.id));
+    const label = add(group, 'text', { class: 'name' });
+    label.textContent = robot.id;
+    const drawn = { group, trail, ellipse, body, label, path: [] };
+    this.drawn.set(robot.id, drawn);
+    return drawn;
+  }
+
+  private shapeOf(id: string): RobotShape | undefined {
+    const robots = this.site?.robots ?? {};
+    return robots[id] ?? robots[id.replace(/-\d+$/, '')];
+  }
+
+  private drawShape(body: SVGGElement, shape: RobotShape | undefined): void {
+    if (shape?.shape === 'box') {
+      const [length, width] = shape.size;
+      add(body, 'rect', { x: -length / 2, y: -width / 2, width: length, height: width, rx: 0.04 });
+      const w = width / 4;
+      add(body, 'path', { class: 'nose', d: `M ${length / 2 - 0.05} 0 L ${length / 2 - 0.05 - w} ${w} L ${length / 2 - 0.05 - w} ${-w} Z` });
+    } else {
+      const radius = (shape?.size[0] ?? 0.4) / 2;
+      add(body, 'circle', { r: radius });
+      add(body, 'path', { class: 'nose', d: `M ${radius * 0.85} 0 L 0 ${radius / 2} L 0 ${-radius / 2} Z` });
+    }
+  }
+
+  private place(drawn: Drawn, robot: RobotState, time: number): void {
+    const [xx, xy, yy] = robot.cov;
+    // 95 % of the probability in the plane lies within sqrt(5.991) standard deviations.
+    const mean = (xx + yy) / 2;
+    const half = Math.hypot((xx - yy) / 2, xy);
+    const angle = (Math.atan2(2 * xy, xx - yy) / 2) * (180 / Math.PI);
+    set(drawn.ellipse, {
+      rx: Math.sqrt(5.991 * Math.max(mean + half, 0)).toFixed(4),
+      ry: Math.sqrt(5.991 * Math.max(mean - half, 0)).toFixed(4),
+      transform: `translate(${robot.x} ${robot.y}) rotate(${angle.toFixed(2)})`,
+    });
+    const yaw = ((robot.yaw ?? 0) * 180) / Math.PI;
+    set(drawn.body, { transform: `translate(${robot.x} ${robot.y}) rotate(${yaw.toFixed(2)})`, class: robot.yaw === null ? 'body headless' : 'body' });
+    set(drawn.label, { transform: `translate(${robot.x} ${robot.y}) scale(1 -1)`, y: -0.55 });
+    set(drawn.group, { class: robot.status });
+
+    const last = drawn.path[drawn.path.length - 1];
+    if (!last || Math.hypot(last.at[0] - robot.x, last.at[1] - robot.y) > trailGap) drawn.path.push({ time, at: [robot.x, robot.y] });
+    while (drawn.path.length && time - drawn.path[0].time > trailSeconds) drawn.path.shift();
+    set(drawn.trail, { points: points([...drawn.path.map((p) => p.at), [robot.x, robot.y]]) });
+  }
+
+  private show(box: Box): void {
+    this.shown = box;
+    set(this.svg, { viewBox: `${box.x} ${box.y} ${box.width} ${box.height}` });
+    const pixels = this.svg.clientWidth;
+    if (!pixels || !this.svg.clientHeight) return;
+    const perMetre = Math.min(pixels / box.width, this.svg.clientHeight / box.height);
+    this.svg.style.setProperty('--px', String(1 / perMetre)); // metres per screen pixel, for lines and letters of fixed size
+    const metres = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((m) => m * perMetre > 60) ?? 100;
+    this.onScale(metres, metres * perMetre);
+  }
+
+  private toMap(event: { clientX: number; clientY: number }): Point {
+    const matrix = this.svg.getScreenCTM();
+    if (!matrix) return [0, 0];
+    const p = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
+    return [p.x, p.y];
+  }
+
+  /** Wheel and pinch zoom, drag to move. */
+  private listen(): void {
+    const fingers = new Map<number, PointerEvent>();
+    this.svg.addEventListener(
+      'wheel',
+      (event) => {
+        event.preventDefault();
+        this.zoom(Math.exp(-event.deltaY * 0.0015), this.toMap(event));
+      },
+      { passive: false },
+    );
+    this.svg.addEventListener('pointerdown', (event) => {
+      this.svg.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, event);
+    });
+    const release = (event: PointerEvent) => fingers.delete(event.pointerId);
+    this.svg.addEventListener('pointerup', release);
+    this.svg.addEventListener('pointercancel', release);
+    this.svg.addEventListener('pointermove', (event) => {
+      const before = fingers.get(event.pointerId);
+      if (!before) return;
+      const other = [...fingers.values()].find((f) => f.pointerId !== event.pointerId);
+      if (other) {
+        const distance = (f: PointerEvent) => Math.hypot(f.clientX - other.clientX, f.clientY - other.clientY);
+        this.zoom(distance(event) / Math.max(distance(before), 1), this.toMap(other));
+      } else {
+        const [x0, y0] = this.toMap(before);
+        const [x1, y1] = this.toMap(event);
+        this.show({ ...this.shown, x: this.shown.x + x0 - x1, y: this.shown.y + y0 - y1 });
+      }
+      fingers.set(event.pointerId, event);
+    });
+  }
+}
