@@ -31,9 +31,11 @@ void Smoother::predict(Track& track, Nanoseconds time) const {
 
 double Smoother::distance(const Track& track, const SilhouetteObservation& observation) const {
     const Eigen::Vector2d off = Eigen::Vector2d(observation.pose.x, observation.pose.y) - track.state.head<2>();
-    // Cameras that see a robot from two sides disagree by a little more than their noise; 2 cm keeps them one robot.
+    // Two robots cannot stand closer than their size; a quarter of it keeps disagreeing cameras and people's swinging arms
+    // one target.
+    const double slack = 0.25 * half_size(robots_[static_cast<std::size_t>(track.robot)].shape).x();
     const Eigen::Matrix2d spread = track.covariance.topLeftCorner<2, 2>() + observation.covariance.topLeftCorner<2, 2>() +
-                                   4e-4 * Eigen::Matrix2d::Identity();
+                                   slack * slack * Eigen::Matrix2d::Identity();
     return off.dot(spread.inverse() * off);
 }
 
@@ -76,7 +78,7 @@ void Smoother::update(Track& track, Nanoseconds time, const std::string& camera,
 void Smoother::start(Nanoseconds time, const std::string& camera, const SilhouetteObservation& observation) {
     Track track;
     track.robot = observation.robot;
-    track.time = time;
+    track.time = track.born = time;
     track.state.head<2>() = Eigen::Vector2d(observation.pose.x, observation.pose.y);
     track.covariance.topLeftCorner<2, 2>() = observation.covariance.topLeftCorner<2, 2>();
     track.covariance.bottomRightCorner<2, 2>() = Eigen::Matrix2d::Identity();  // up to about 1 m/s in any direction
@@ -93,7 +95,9 @@ void Smoother::add(Nanoseconds time, const std::string& camera, const std::vecto
         }
         predict(track, time);
     }
-    std::erase_if(tracks_, [&](const Track& t) { return to_seconds(time - t.seen) > settings_.forget; });
+    std::erase_if(tracks_, [&](const Track& t) {
+        return to_seconds(time - t.seen) > (t.name.empty() ? 2 * settings_.ok : settings_.forget);
+    });
 
     // Nearest pairs first; each track takes one observation of a frame, each observation goes to one track.
     struct Pair {
@@ -117,21 +121,56 @@ void Smoother::add(Nanoseconds time, const std::string& camera, const std::vecto
         update(tracks_[pair.track], time, camera, observations[pair.observation]);
     }
     for (std::size_t o = 0; o < observations.size(); ++o) {
-        if (used[o]) continue;
-        const auto robot = static_cast<std::size_t>(observations[o].robot);
-        if (!robots_[robot].many) {
-            // There is only one: it jumped, or the track was wrong. Follow what is seen now.
-            std::erase_if(tracks_, [&](const Track& t) { return t.robot == observations[o].robot; });
-            start(time, camera, observations[o]);
-            tracks_.back().name = robots_[robot].id;
+        if (!used[o]) start(time, camera, observations[o]);
+    }
+    for (std::size_t t = 0; t < track_used.size(); ++t) {
+        const bool watched = std::any_of(tracks_[t].sources.begin(), tracks_[t].sources.end(), [&](const auto& s) { return s.first == camera; });
+        if (watched) tracks_[t].presence += 0.15 * ((track_used[t] ? 1 : 0) - tracks_[t].presence);
+    }
+    drop_doubles();
+    confirm(time);
+}
+
+/// Of two tracks of like robots that stand inside each other, the one that is seen less is the other's shadow.
+void Smoother::drop_doubles() {
+    std::vector<bool> shadows(tracks_.size(), false);
+    for (std::size_t a = 0; a < tracks_.size(); ++a) {
+        const double reach = 2.4 * half_size(robots_[static_cast<std::size_t>(tracks_[a].robot)].shape).x();
+        for (std::size_t b = 0; b < tracks_.size() && tracks_[a].presence < 0.6; ++b) {
+            shadows[a] = shadows[a] || (tracks_[b].robot == tracks_[a].robot && tracks_[b].presence > tracks_[a].presence &&
+                                        (tracks_[b].state.head<2>() - tracks_[a].state.head<2>()).norm() < reach);
+        }
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+        if (!shadows[i]) std::swap(tracks_[kept++], tracks_[i]);
+    }
+    tracks_.erase(tracks_.begin() + static_cast<std::ptrdiff_t>(kept), tracks_.end());
+}
+
+/// How long a track is believed without being seen, s.
+double Smoother::patience(const Track& track) const { return std::min(settings_.coast, to_seconds(track.seen - track.born)); }
+
+/// Gives names to tracks that were seen often enough. A robot of which there is only one is believed at a new place when it
+/// is seen there again and no longer at the old one.
+void Smoother::confirm(Nanoseconds time) {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+        Track& track = tracks_[t];
+        if (!track.name.empty()) continue;
+        const auto index = static_cast<std::size_t>(track.robot);
+        const SiteRobot& robot = robots_[index];
+        if (robot.many) {
+            if (track.sightings >= settings_.confirmations) track.name = robot.id + "-" + std::to_string(++names_given_[index]);
             continue;
         }
-        start(time, camera, observations[o]);
-    }
-    for (Track& track : tracks_) {
-        if (!track.name.empty() || track.sightings < settings_.confirmations) continue;
-        const auto robot = static_cast<std::size_t>(track.robot);
-        track.name = robots_[robot].id + "-" + std::to_string(++names_given_[robot]);
+        const auto old = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& other) { return other.name == robot.id; });
+        if (old == tracks_.end()) {
+            track.name = robot.id;
+        } else if (track.sightings >= settings_.confirmations && to_seconds(time - old->seen) > settings_.ok) {
+            track.name = robot.id;
+            old->name.clear();
+            old->seen = 0;  // dropped at the next frame
+        }
     }
 }
 
@@ -141,18 +180,18 @@ std::vector<Fix> Smoother::fixes(Nanoseconds time) const {
         if (track.name.empty()) continue;
         predict(track, std::max(time, track.time));
         const double unseen = to_seconds(time - track.seen);
-        if (unseen > settings_.coast) continue;
+        if (unseen > patience(track)) continue;
         Fix fix;
         fix.time = time;
         fix.robot = track.name;
-        fix.status = unseen > 0.35 ? FixStatus::coasting : FixStatus::ok;
+        fix.status = unseen > settings_.ok ? FixStatus::coasting : FixStatus::ok;
         fix.pose = {track.state.x(), track.state.y(), wrap_angle(track.yaw)};
         fix.yaw_known = track.yaw_known;
         fix.covariance.setZero();
         fix.covariance.topLeftCorner<2, 2>() = track.covariance.topLeftCorner<2, 2>();
         fix.covariance(2, 2) = track.yaw_known ? track.yaw_variance : std::numbers::pi * std::numbers::pi / 3;
         for (const auto& [camera, seen] : track.sources) {
-            if (to_seconds(time - seen) < 0.35) fix.sources.push_back(camera);
+            if (to_seconds(time - seen) < settings_.ok) fix.sources.push_back(camera);
         }
         fixes.push_back(fix);
     }

@@ -54,7 +54,7 @@ BackgroundModel::BackgroundModel(int width, int height, const std::vector<float>
     }
 }
 
-/// The light of each block against the background: measured on every eighth row, the median over the frame for all that is
+/// The light of each block against the background: measured on two of its rows, the median over the frame for all that is
 /// covered by something, smoothed over the neighbours.
 void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     const int across = blocks_x();
@@ -63,14 +63,17 @@ void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     result.ratios.resize(count);
     result.gain.resize(count);
     std::array<PairSum, 1024> sums;
-    PaddedRow padded(frame, across);
+    PaddedRow upper(frame, across);
+    PaddedRow lower(frame, across);
     for (int by = 0; by < down; ++by) {
+        const int top = by * block_height;
+        const int last = std::min(top + block_height, height()) - 1;
+        const std::array<int, 2> rows = {std::min(top + 8, last), std::min(top + 24, last)};
+        const std::array<const std::uint8_t*, 2> seen = {upper(rows[0]), lower(rows[1])};
         for (int first = 0; first < across; first += 1024) {
             const int words = std::min(across - first, 1024);
-            std::fill_n(sums.begin(), words, PairSum{0, 0});
-            for (int y = by * block_height + 4; y < std::min((by + 1) * block_height, height()); y += 8) {
-                simd::add_sums({padded(y) + first * 64, mean_.row(y) + first * 64, nullptr, nullptr, words}, sums.data());
-            }
+            simd::block_sums({{seen[0] + first * 64, seen[1] + first * 64}, {mean_.row(rows[0]) + first * 64, mean_.row(rows[1]) + first * 64}, 2, words},
+                             sums.data());
             for (int i = 0; i < words; ++i) {
                 const PairSum& s = sums[static_cast<std::size_t>(i)];
                 result.ratios[static_cast<std::size_t>(by * across + first + i)] =
@@ -148,7 +151,7 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
 
 void BackgroundModel::refresh(LumaView frame, const Foreground& foreground, const BitMask& keep) {
     const int words = keep.words();
-    const int rows = std::max(1, (height() + settings_.refresh_passes - 1) / settings_.refresh_passes);
+    const int rows = refresh_rows();
     PaddedRow padded(frame, words);
     std::array<std::uint16_t, 1024> inverse_gain;
     for (int i = 0; i < rows; ++i) {

@@ -55,6 +55,9 @@ public:
 
     /// Moves mean and noise of the next strip of rows towards the frame where `keep` is clear. Call once per frame.
     void refresh(LumaView frame, const Foreground& foreground, const BitMask& keep);
+    /// The rows that the next refresh() looks at: refresh_rows() of them from refresh_first() on, going on at row 0.
+    int refresh_first() const { return next_row_; }
+    int refresh_rows() const { return (height() + settings_.refresh_passes - 1) / settings_.refresh_passes; }
     /// Counts completed passes of refresh() over the whole image.
     int passes() const { return passes_; }
 

@@ -22,6 +22,14 @@ struct BackgroundRow {
     int words;
 };
 
+/// A few rows of frame and mean at the same places, for their sums over each 64 columns.
+struct BlockRows {
+    const std::uint8_t* frame[4];
+    const std::uint8_t* mean[4];
+    int count;
+    int words;
+};
+
 struct RefreshRow {
     const std::uint8_t* frame;
     const std::uint64_t* keep;            // bit set: leave this pixel alone
@@ -52,14 +60,14 @@ struct ShadowRow {
     int width;
 };
 void shadow_row(const ShadowRow& row, int first, int last, const std::uint64_t* foreground, std::uint64_t* shadow);
-void add_sums(const BackgroundRow& row, PairSum* sums);
+void block_sums(const BlockRows& rows, PairSum* sums);
 void refresh_row(const RefreshRow& row);
 }  // namespace simd
 
 namespace scalar {
 void classify_row(const BackgroundRow& row, std::uint64_t* words);
 void shadow_row(const simd::ShadowRow& row, int first, int last, const std::uint64_t* foreground, std::uint64_t* shadow);
-void add_sums(const BackgroundRow& row, PairSum* sums);
+void block_sums(const BlockRows& rows, PairSum* sums);
 void refresh_row(const RefreshRow& row);
 }  // namespace scalar
 

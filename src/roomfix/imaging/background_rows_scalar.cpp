@@ -47,11 +47,14 @@ void shadow_row(const simd::ShadowRow& shadow_row, int first, int last, const st
     }
 }
 
-void add_sums(const BackgroundRow& row, PairSum* sums) {
-    for (int w = 0; w < row.words; ++w) {
-        for (int i = 0; i < 64; ++i) {
-            sums[w].frame += row.frame[w * 64 + i];
-            sums[w].background += row.mean[w * 64 + i];
+void block_sums(const BlockRows& rows, PairSum* sums) {
+    for (int w = 0; w < rows.words; ++w) {
+        sums[w] = {0, 0};
+        for (int r = 0; r < rows.count; ++r) {
+            for (int i = 0; i < 64; ++i) {
+                sums[w].frame += rows.frame[r][w * 64 + i];
+                sums[w].background += rows.mean[r][w * 64 + i];
+            }
         }
     }
 }

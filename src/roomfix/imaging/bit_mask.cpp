@@ -16,13 +16,13 @@ void for_words(int begin, int end, Visit visit) {
     }
 }
 
-/// Combines each pixel with its eight neighbours by `combine` (and / or); `outside` stands for words beyond the image.
+/// Combines each pixel of rows first..last-1 with its eight neighbours by `combine` (and / or); `outside` stands for words beyond the image.
 template <class Combine>
-void neighbourhood(const BitMask& mask, BitMask& result, std::uint64_t outside, Combine combine) {
+void neighbourhood(const BitMask& mask, BitMask& result, std::uint64_t outside, int first, int last, Combine combine) {
     if (result.width() != mask.width() || result.height() != mask.height()) result.resize(mask.width(), mask.height());
     const int words = mask.words();
     const bool grows = outside == 0;
-    for (int y = 0; y < mask.height(); ++y) {
+    for (int y = std::max(first, 0); y < std::min(last, mask.height()); ++y) {
         // Where can the result differ from zero? Clear what the last use left there.
         WordSpan& target = result.span(y);
         std::fill(result.row(y) + target.first, result.row(y) + std::max(target.first, target.last), 0);
@@ -125,11 +125,13 @@ std::int64_t BitMask::count() const {
 }
 
 void erode(const BitMask& mask, BitMask& result) {
-    neighbourhood(mask, result, ~0ULL, [](std::uint64_t a, std::uint64_t b) { return a & b; });
+    neighbourhood(mask, result, ~0ULL, 0, mask.height(), [](std::uint64_t a, std::uint64_t b) { return a & b; });
 }
 
-void dilate(const BitMask& mask, BitMask& result) {
-    neighbourhood(mask, result, 0, [](std::uint64_t a, std::uint64_t b) { return a | b; });
+void dilate(const BitMask& mask, BitMask& result) { dilate_rows(mask, result, 0, mask.height()); }
+
+void dilate_rows(const BitMask& mask, BitMask& result, int first, int last) {
+    neighbourhood(mask, result, 0, first, last, [](std::uint64_t a, std::uint64_t b) { return a | b; });
 }
 
 void open(BitMask& mask, BitMask& scratch) {

@@ -61,6 +61,8 @@ private:
 /// when it has it already.
 void erode(const BitMask& mask, BitMask& result);
 void dilate(const BitMask& mask, BitMask& result);
+/// Only rows first <= y < last of the result are made.
+void dilate_rows(const BitMask& mask, BitMask& result, int first, int last);
 /// Erosion then dilation: removes specks thinner than three pixels.
 void open(BitMask& mask, BitMask& scratch);
 /// Dilation then erosion: fills gaps thinner than three pixels.

@@ -95,7 +95,7 @@ void place_samples(const FrameEvidence& evidence, const View& view, const ShapeP
 
 /// Standard deviation of one reading, without what its edge has in common.
 double reading_sigma(const Sample& s, const OutlineFitSettings& settings) {
-    return std::hypot(s.reading.sigma, settings.edge_noise);
+    return std::sqrt(s.reading.sigma * s.reading.sigma + settings.edge_noise * settings.edge_noise);
 }
 
 /// Variance of the error that all readings of an edge share.
@@ -252,7 +252,7 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
         fit.pose.x += step[0];
         fit.pose.y += step[1];
         fit.pose.yaw += std::clamp(step[2], -0.5, 0.5);
-        if (progress >= 1 && step.head<2>().norm() < 1e-4 && std::abs(step[2]) < 1e-4) break;
+        if (progress >= 1 && step.head<2>().norm() < 5e-4 && std::abs(step[2]) < 1e-3) break;
     }
     judge(samples, fit);
     set_covariance(samples, view, shape, settings, inset, fit);

@@ -19,7 +19,7 @@ struct FrameEvidence {
 };
 
 struct OutlineFitSettings {
-    int samples = 120;              // at most this many along the outline
+    int samples = 96;               // at most this many along the outline
     double edge_noise = 0.10;       // px, of one edge sample on top of the pixel noise: interpolation, small structure
     double common_noise = 0.12;     // px, shared by all samples of one edge: blur, gamma, rounded edges
     double inset_noise = 0.25;      // px, shared by the whole outline: bright sides look larger than they are
@@ -28,7 +28,7 @@ struct OutlineFitSettings {
     int last_reach = 4;             // px in the last round
     double first_scale = 4;         // px: readings off by more lose their say, in the first round
     double last_scale = 0.8;        // px, in the last round
-    int rounds = 6;
+    int rounds = 5;
 };
 
 struct OutlineFit {

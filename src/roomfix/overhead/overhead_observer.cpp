@@ -11,6 +11,17 @@ namespace {
 
 constexpr double soft_size = 0.05;  // m: targets that come in any number, such as people, are no exact solids
 
+/// True if the silhouette's box and the component's overlap.
+bool touches(const Silhouette& silhouette, const Component& component) {
+    Eigen::Vector2d low(1e9, 1e9);
+    Eigen::Vector2d high(-1e9, -1e9);
+    for (const auto& p : silhouette.polygon()) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    return low.x() <= component.right && high.x() >= component.left && low.y() <= component.bottom && high.y() >= component.top;
+}
+
 }  // namespace
 
 OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot>& robots, const OverheadSettings& settings)
@@ -71,14 +82,18 @@ void OverheadObserver::find_foreground(LumaView frame) {
 /// Finds the robots of one connected piece of foreground, one after the other while there is enough of it left.
 void OverheadObserver::explain(const FrameEvidence& evidence, const Component& component) {
     bool whole = true;
+    for (Found& found : found_) {
+        if (!found.removed && touches(found.coarse.silhouette, component)) remove_from_remaining(found);
+        whole &= !touches(found.coarse.silhouette, component);
+    }
     while (found_.size() < found_.capacity()) {
         const Blob blob = measure_blob(masks_, component);
         const Found found = best_robot(evidence, blob, whole);
         if (!acceptable(found)) return;
         found_.push_back(found);
         const double explained = found.coarse.inside.foreground;
-        if (blob.certain + 0.3 * blob.shadow - explained < 0.25 * found.coarse.inside.area) return;
-        remove_from_remaining(found);
+        if (blob.certain + 0.3 * blob.shadow - explained < settings_.least_left * found.coarse.inside.area) return;
+        remove_from_remaining(found_.back());
         whole = false;
     }
 }
@@ -99,6 +114,7 @@ OverheadObserver::Found OverheadObserver::best_robot(const FrameEvidence& eviden
 
 OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole) {
     const ShapePoints& shape = shapes_[static_cast<std::size_t>(robot)];
+    if (shape.size_sigma >= soft_size) return best_area(evidence, blob, robot);
     Found best{robot};
     best.fit.score = -2;
     // The common case: one robot, all of it in view. Its blob's middle tells where it is.
@@ -126,12 +142,23 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
         best.fit = fit;
         best.coarse = coarse_agreement(masks_, view_, shape, fit.pose, blob);
     }
-    const bool soft = robots_[static_cast<std::size_t>(robot)].many || shape.size_sigma >= soft_size;
-    if (soft && best.fit.score < settings_.least_score && !starts_.empty()) {
-        best.coarse = starts_.front();
-        best.fit = fit_area(evidence, view_, shape, best.coarse.pose, settings_.fit);
-        best.by_area = true;
+    return best;
+}
+
+/// People and loads have no exact outline: the place whose silhouette covers the most foreground.
+OverheadObserver::Found OverheadObserver::best_area(const FrameEvidence& evidence, const Blob& blob, int robot) {
+    const ShapePoints& shape = shapes_[static_cast<std::size_t>(robot)];
+    Found best{robot};
+    best.by_area = true;
+    best.fit.score = -2;
+    search_floor(masks_, view_, shape, blob, static_cast<std::size_t>(settings_.most_starts), starts_);
+    for (const CoarsePose& start : starts_) {
+        const CoarsePose next = climb(masks_, view_, shape, start, blob, 0.3 * shape.radius);
+        if (next.agreement > best.coarse.agreement) best.coarse = next;
     }
+    // A speck beside a person is not a person, whoever else its neighbourhood shows.
+    const bool enough = blob.certain + blob.shadow > settings_.least_left * best.coarse.inside.area;
+    if (enough && best.coarse.silhouette.valid()) best.fit = fit_area(evidence, view_, shape, best.coarse.pose, settings_.fit);
     return best;
 }
 
@@ -163,12 +190,15 @@ CoarsePose OverheadObserver::first_guess(const Blob& blob, const ShapePoints& sh
     return climb(masks_, view_, shape, best, blob, 0.25 * shape.radius);
 }
 
-void OverheadObserver::remove_from_remaining(const Found& found) {
+void OverheadObserver::remove_from_remaining(Found& found) {
+    found.removed = true;
     if (masks_.foreground == &foreground_.mask) {  // the rare case: only now work on a copy
         remaining_ = foreground_.mask;
         remaining_shadow_ = foreground_.shadow;
-        masks_ = {&remaining_, &remaining_shadow_};
+        taken_.resize(foreground_.mask.width(), foreground_.mask.height());
+        masks_ = {&remaining_, &remaining_shadow_, &taken_};
     }
+    fill_region(taken_, found.coarse.silhouette.polygon());
     clear_region(remaining_, found.coarse.silhouette.polygon());
     clear_region(remaining_shadow_, found.coarse.silhouette.polygon());
 }
@@ -199,7 +229,8 @@ bool OverheadObserver::available(int robot) const {
 bool OverheadObserver::acceptable(const Found& found) const {
     if (!found.fit.determined) return false;
     if (found.by_area) {
-        return found.coarse.filled() > settings_.least_filled && found.coarse.inside.foreground > 1.5 * found.coarse.inside.shadow;
+        const double in_picture = found.coarse.inside.area / std::max(polygon_area(found.coarse.silhouette.polygon()), 1.0);
+        return in_picture > settings_.least_in_picture && found.coarse.filled() > settings_.least_filled && found.coarse.inside.foreground > settings_.least_left * found.coarse.inside.area && found.coarse.inside.shadow < 0.8 * found.coarse.inside.foreground;
     }
     const OutlineFit& fit = found.fit;
     if (fit.visible < settings_.least_visible * fit.total) return false;
@@ -241,14 +272,17 @@ std::string OverheadObserver::reason_for_nothing(const std::vector<Component>& c
 /// that a moved chair becomes background in the end.
 void OverheadObserver::refresh_background(LumaView frame) {
     if (learning_) return;
+    if (keep_.width() != frame.width || keep_.height() != frame.height) keep_.resize(frame.width, frame.height);
+    const BitMask* keep = &foreground_.mask;
     if (background_.passes() % 8 == 7) {
         keep_.clear();
-        if (keep_.width() != frame.width || keep_.height() != frame.height) keep_.resize(frame.width, frame.height);
         for (const Found& found : found_) fill_region(keep_, found.fit.silhouette.polygon());
-        dilate(keep_, scratch_);
-    } else {
-        dilate(foreground_.mask, scratch_);
+        keep = &keep_;
     }
+    const int first = background_.refresh_first();
+    const int last = first + background_.refresh_rows();
+    dilate_rows(*keep, scratch_, first, last);
+    if (last > frame.height) dilate_rows(*keep, scratch_, 0, last - frame.height);
     background_.refresh(frame, foreground_, scratch_);
 }
 

@@ -17,10 +17,12 @@ struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
     double least_score = 0.40;     // of an outline fit, to be a fix
-    double good_score = 0.75;      // above, no other start is tried
+    double good_score = 0.60;      // above, no other start is tried
     double least_hidden = 0.28;    // part of the outline that must agree where the rest is hidden
     double least_visible = 0.25;   // part of the outline in view
-    double least_filled = 0.55;    // part of the silhouette that is foreground, for many soft targets
+    double least_filled = 0.42;    // part of the silhouette that is foreground, for many soft targets
+    double least_in_picture = 0.5; // part of a soft target's silhouette that must be in the picture
+    double least_left = 0.2;       // part of a silhouette that must be unexplained foreground to look for another robot
     int most_blobs = 32;
     int most_starts = 6;           // outline fits tried where the first guess is not good enough
 };
@@ -55,16 +57,18 @@ private:
         int robot = 0;
         CoarsePose coarse;
         OutlineFit fit;
-        bool by_area = false;  // soft target: the outline did not fit, its area did
+        bool removed = false;  // its pixels are no longer among those to be explained
+        bool by_area = false;  // soft target: found by its area, not by its outline
     };
     void learn_from(LumaView frame);
     void find_foreground(LumaView frame);
     void explain(const FrameEvidence& evidence, const Component& component);
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
+    Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     OutlineFit fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const;
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
-    void remove_from_remaining(const Found& found);
+    void remove_from_remaining(Found& found);
     void refit_together(const FrameEvidence& evidence);
     bool acceptable(const Found& found) const;
     bool available(int robot) const;
@@ -87,6 +91,7 @@ private:
     ForegroundMasks masks_;  // what is still to be explained: the frame's own masks, or the copies below
     BitMask remaining_;
     BitMask remaining_shadow_;
+    BitMask taken_;
     BitMask keep_;
     ComponentFinder finder_;
     std::vector<CoarsePose> starts_;

@@ -9,7 +9,7 @@ namespace {
 
 // What a pixel says about a silhouette, in pixels of plain foreground inside it.
 constexpr double shadow_inside = 0.4;      // may be a dark robot
-constexpr double bare_inside = 0.6;        // should be foreground; less than 1: it may be hidden by something
+constexpr double bare_inside = 0.45;        // should be foreground; less than 1: it may be hidden by something
 constexpr double certain_outside = 0.8;    // should be inside
 constexpr double shadow_outside = 0.05;
 
@@ -49,13 +49,13 @@ CoarsePose coarse_agreement(const ForegroundMasks& masks, const View& view, cons
     result.pose = pose;
     result.silhouette = project_silhouette(view, shape, pose);
     if (!result.silhouette.valid()) return result;
-    result.inside = count_region(*masks.foreground, *masks.shadow, result.silhouette.polygon(), row_step(result.silhouette));
+    result.inside = count_region(*masks.foreground, *masks.shadow, masks.taken, result.silhouette.polygon(), row_step(result.silhouette));
     const RegionCount& in = result.inside;
     if (in.area < 1) return result;
     const double shadow = std::min(in.shadow, in.foreground);
     const double certain = in.foreground - shadow;
     result.missing = std::max(blob.certain - certain, 0.0);
-    result.agreement = certain + shadow_inside * shadow - bare_inside * (in.area - in.foreground) - certain_outside * result.missing -
+    result.agreement = certain + shadow_inside * shadow - bare_inside * std::max(in.area - in.taken - in.foreground, 0.0) - certain_outside * result.missing -
                        shadow_outside * std::max(blob.shadow - shadow, 0.0);
     return result;
 }

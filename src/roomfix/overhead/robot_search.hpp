@@ -14,6 +14,7 @@ namespace roomfix {
 struct ForegroundMasks {
     const BitMask* foreground = nullptr;
     const BitMask* shadow = nullptr;
+    const BitMask* taken = nullptr;  // pixels that robots found before explain; null if none was
 };
 
 /// A pose with its agreement with the foreground.
@@ -24,7 +25,8 @@ struct CoarsePose {
     double agreement = -1e9;   // px: what the silhouette explains less what it contradicts
     double missing = 0;        // certain foreground of the blob outside the silhouette, px
 
-    double filled() const { return inside.area > 0 ? inside.foreground / inside.area : 0; }
+    double open_area() const { return inside.area - inside.taken; }
+    double filled() const { return open_area() > 0 ? inside.foreground / open_area() : 0; }
 };
 
 /// The blob that is to be explained: what is left of its certain foreground and its possible shadow, px.

@@ -140,16 +140,20 @@ bool inside_polygon(std::span<const Eigen::Vector2d> polygon, const Eigen::Vecto
     return true;
 }
 
-RegionCount count_region(const BitMask& foreground, const BitMask& shadow, std::span<const Eigen::Vector2d> polygon, int step) {
+RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken,
+                         std::span<const Eigen::Vector2d> polygon, int step) {
     int area = 0;
     int inside = 0;
     int dark = 0;
+    int others = 0;
     for_rows(polygon, foreground.width(), foreground.height(), step, [&](int y, int begin, int end) {
         area += end - begin;
         inside += foreground.count_run(y, begin, end);
         dark += shadow.count_run(y, begin, end);
+        if (taken) others += taken->count_run(y, begin, end);
     });
-    return {static_cast<double>(area * step), static_cast<double>(inside * step), static_cast<double>(dark * step)};
+    const double scale = step;
+    return {area * scale, inside * scale, dark * scale, others * scale};
 }
 
 void clear_region(BitMask& mask, std::span<const Eigen::Vector2d> polygon) {

@@ -54,8 +54,11 @@ struct RegionCount {
     double area = 0;        // px inside the image
     double foreground = 0;  // of these, foreground
     double shadow = 0;      // of the foreground, perhaps only shadow
+    double taken = 0;       // already explained by other robots: says nothing
 };
-RegionCount count_region(const BitMask& foreground, const BitMask& shadow, std::span<const Eigen::Vector2d> polygon, int step);
+/// `taken` may be null.
+RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken,
+                         std::span<const Eigen::Vector2d> polygon, int step);
 
 /// Clears the polygon's pixels in a mask.
 void clear_region(BitMask& mask, std::span<const Eigen::Vector2d> polygon);
