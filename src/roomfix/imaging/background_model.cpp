@@ -125,7 +125,7 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
     for (int y = 0; y < height(); ++y) {
         const std::uint16_t* gain = result.gain.data() + (y / block_height) * blocks_x();
         std::uint64_t* row = result.mask.row(y);
-        simd::classify_row({padded(y), mean_.row(y), limit_.row(y), gain, words}, row);
+        simd::classify_row({padded(y), mean_.row(y), limit_.row(y), gain, words, mean_.view().stride}, row);
         row[words - 1] &= result.mask.tail();
         WordSpan span{0, words};
         while (span.first < span.last && !row[span.first]) ++span.first;

@@ -5,6 +5,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "roomfix/imaging/background_rows.cpp"
 #include <hwy/foreach_target.h>
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -72,6 +73,10 @@ void ClassifyRow(const BackgroundRow& row, std::uint64_t* words) {
         const auto down = hn::Set(bytes, static_cast<std::uint8_t>(shift < 0 ? -shift : 0));
         const int width = (shift < 0 ? -shift : shift) + 2;
         const auto slack = hn::Set(bytes, static_cast<std::uint8_t>(width < 255 ? width : 255));
+        // Three streams from memory: ask for the next row's part in time. Beyond the image this does nothing.
+        hwy::Prefetch(row.frame + w * 64 + row.ahead);
+        hwy::Prefetch(row.mean + w * 64 + row.ahead);
+        hwy::Prefetch(row.limit + w * 64 + row.ahead);
         std::uint64_t word = 0;
         for (int i = 0; i < 64; i += lanes) {
             const int x = w * 64 + i;

@@ -20,6 +20,7 @@ struct BackgroundRow {
     const std::uint8_t* limit;
     const std::uint16_t* gain;
     int words;
+    std::ptrdiff_t ahead = 0;  // bytes from this row to the one that will be classified next
 };
 
 /// A few rows of frame and mean at the same places, for their sums over each 64 columns.

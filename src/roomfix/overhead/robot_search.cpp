@@ -13,7 +13,7 @@ constexpr double bare_inside = 0.45;        // should be foreground; less than 1
 constexpr double certain_outside = 0.8;    // should be inside
 constexpr double shadow_outside = 0.05;
 
-constexpr int rows_looked_at = 48;  // of a silhouette: enough for a coarse pose
+constexpr int rows_looked_at = 24;  // of a silhouette: enough for a coarse pose
 
 int row_step(const Silhouette& silhouette) {
     double top = 1e9;
