@@ -25,8 +25,11 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 }
 
 std::string number_text(double value) {
-    std::array<char, 40> buffer;
-    const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+    // Without exponent where that is readable: YAML 1.1 takes "8e-04" for a text.
+    const double size = std::abs(value);
+    const auto format = value == 0 || (size > 1e-12 && size < 1e15) ? std::chars_format::fixed : std::chars_format::scientific;
+    std::array<char, 64> buffer;
+    const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format);
     return status == std::errc() ? std::string(buffer.data(), end) : std::string("0");
 }
 

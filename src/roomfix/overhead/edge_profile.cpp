@@ -101,6 +101,7 @@ EdgeReading read_edge(const FrameEvidence& evidence, const Eigen::Vector2d& pixe
                 reading.found = true;
                 reading.offset = offset;
                 reading.shadowed = shadowed;
+                reading.contrast = static_cast<double>(size);
                 reading.sigma = static_cast<double>(profile.noise / std::max(std::abs(a - b), 0.5f * threshold));
             }
         }

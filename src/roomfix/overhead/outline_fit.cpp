@@ -103,7 +103,9 @@ double common_variance(const Sample& s, const ShapePoints& shape, const OutlineF
     const double size = 0.5 * shape.size_sigma * s.scale;
     const double floor = s.on_floor ? settings.floor_noise : 0;
     const double shadow = s.reading.shadowed ? 2 * settings.common_noise : 0;
-    return settings.common_noise * settings.common_noise + size * size + floor * floor + shadow * shadow;
+    // A level that is off by some part of the light moves an edge the farther, the weaker it is; it is two pixels wide.
+    const double weak = s.reading.contrast > 0 ? 2 * settings.disturbance / s.reading.contrast : 0;
+    return settings.common_noise * settings.common_noise + size * size + floor * floor + shadow * shadow + weak * weak;
 }
 
 struct Normal {

@@ -22,6 +22,7 @@ struct OutlineFitSettings {
     int samples = 96;               // at most this many along the outline
     double edge_noise = 0.10;       // px, of one edge sample on top of the pixel noise: interpolation, small structure
     double common_noise = 0.12;     // px, shared by all samples of one edge: blur, gamma, rounded edges
+    double disturbance = 0.05;      // part of the floor's light by which shading and reflections move an edge's levels
     double inset_noise = 0.25;      // px, shared by the whole outline: bright sides look larger than they are
     double floor_noise = 0.10;      // px, more for the edges on the floor: contact shadow and reflection
     int first_reach = 10;           // px to both sides of the outline in the first round

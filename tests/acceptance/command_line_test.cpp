@@ -1,0 +1,125 @@
+// The program as its users call it.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "roomfix/imaging/load_luma.hpp"
+
+namespace roomfix {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+    int code;
+    std::string text;  // stdout and stderr
+};
+
+Outcome call(const std::string& arguments) {
+    FILE* pipe = popen((std::string(ROOMFIX_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
+    std::array<char, 4096> buffer;
+    Outcome outcome{-1, ""};
+    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe)) outcome.text.append(buffer.data(), size);
+    const int status = pclose(pipe);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome;
+}
+
+void expect_says(const Outcome& outcome, int code, const std::string& words) {
+    EXPECT_EQ(outcome.code, code) << outcome.text;
+    EXPECT_NE(outcome.text.find(words), std::string::npos) << outcome.text;
+}
+
+/// One short session for all tests.
+class CommandLine : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        folder = new fs::path(fs::temp_directory_path() / fmt::format("roomfix_command_line_{}", getpid()));
+        fs::remove_all(*folder);
+        const Outcome made = call(fmt::format("simulate li2014 --duration 1.2 -o {}", session()));
+        ASSERT_EQ(made.code, 0) << made.text;
+    }
+    static void TearDownTestSuite() {
+        fs::remove_all(*folder);
+        delete folder;
+    }
+    static std::string session() { return (*folder / "session").string(); }
+    static std::string site() { return session() + "/site.yaml"; }
+    static std::string frame() { return session() + "/frames/hall1/000500000000.jpg"; }
+    static fs::path* folder;
+};
+fs::path* CommandLine::folder = nullptr;
+
+TEST_F(CommandLine, CheckAcceptsTheSessionAndListsAllMistakes) {
+    expect_says(call("check " + site()), 0, "ready");
+    const std::string broken = (*folder / "broken.yaml").string();
+    std::ofstream(broken) << "roomfix: 1\nsite: {nam: x}\nrobots:\n  r1: {shape: ball, size: [1, 1, 1]}\n";
+    const Outcome outcome = call("check " + broken);
+    expect_says(outcome, 2, "broken.yaml:2:8: error: site has no key 'nam': did you mean 'name'?");
+    expect_says(outcome, 2, "broken.yaml:4:15: error: robots.r1.shape must be box or cylinder");
+    expect_says(call("check /nowhere.yaml"), 2, "cannot be read");
+}
+
+TEST_F(CommandLine, FixFindsTheRobot) {
+    const Outcome outcome = call(fmt::format("fix {} --camera hall1 {}", site(), frame()));
+    expect_says(outcome, 0, "\"status\": \"ok\"");
+    expect_says(outcome, 0, "\"robot\": \"r1\"");
+    expect_says(outcome, 0, "\"hypotheses\"");
+    const Outcome published = call(fmt::format("fix {} --camera hall1 --method published {}", site(), frame()));
+    expect_says(published, 0, "\"yaw\": null");
+}
+
+TEST_F(CommandLine, FixSaysWhatIsWrongWithItsInput) {
+    expect_says(call(fmt::format("fix {} --camera attic {}", site(), frame())), 2, "there is no camera 'attic'");
+    expect_says(call(fmt::format("fix {} --camera hall1 /nowhere.jpg", site())), 2, "/nowhere.jpg: cannot be opened");
+    expect_says(call(fmt::format("fix {} --camera hall3 {}", site(), frame())), 2, "480 x 360");
+    const std::string cut = (*folder / "cut.jpg").string();
+    fs::copy_file(frame(), cut);
+    fs::resize_file(cut, fs::file_size(cut) / 2);
+    const Outcome truncated = call(fmt::format("fix {} --camera hall1 {} {}", site(), cut, frame()));
+    expect_says(truncated, 2, "truncated JPEG");
+    expect_says(truncated, 2, "\"status\": \"ok\"");  // the good picture beside it is not lost
+    const std::string empty = (*folder / "empty.png").string();
+    fs::copy_file(session() + "/background/hall1/000000000000.jpg", *folder / "empty.jpg");
+    expect_says(call(fmt::format("fix {} --camera hall1 {}", site(), (*folder / "empty.jpg").string())), 0, "nothing differs from the background");
+    expect_says(call("fix"), 2, "required");
+    expect_says(call("fixx"), 2, "");
+}
+
+TEST_F(CommandLine, RunGoesThroughRecordingsAndEnds) {
+    const std::string fixes = (*folder / "fixes.jsonl").string();
+    const Outcome first = call(fmt::format("run {} --no-page --speed 0 --fixes {}", site(), fixes));
+    expect_says(first, 0, "fixes given");
+    std::ifstream file(fixes);
+    int lines = 0;
+    for (std::string line; std::getline(file, line);) lines += line.find("\"robot\": \"r1\"") != std::string::npos;
+    EXPECT_GE(lines, 10) << first.text;
+    // Same input, same bytes.
+    const std::string again = (*folder / "again.jsonl").string();
+    call(fmt::format("run {} --no-page --speed 0 --fixes {}", site(), again));
+    std::ifstream a(fixes), b(again);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(a), {}), std::string(std::istreambuf_iterator<char>(b), {}));
+}
+
+TEST_F(CommandLine, RunSaysWhatIsMissing) {
+    fs::create_directories(*folder / "bare");
+    fs::copy_file(site(), *folder / "bare/site.yaml", fs::copy_options::overwrite_existing);
+    expect_says(call(fmt::format("run {} --no-page --speed 0", (*folder / "bare/site.yaml").string())), 2, "does not exist");
+    fs::create_directories(*folder / "bare/background/hall1");
+    expect_says(call(fmt::format("run {} --no-page --speed 0", (*folder / "bare/site.yaml").string())), 2, "no picture in this folder");
+    expect_says(call("run /nowhere.yaml"), 2, "cannot be used");
+}
+
+TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
+    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check"}) expect_says(call(std::string(command) + " --help"), 0, "Example: roomfix");
+    expect_says(call("simulate atlantis -o /tmp/x"), 2, "there is no scenario 'atlantis'");
+    expect_says(call(fmt::format("simulate li2014 -o {}", session())), 2, "session already");
+}
+
+}  // namespace
+}  // namespace roomfix

@@ -1,0 +1,94 @@
+// Real footage: PETS 2009 S2.L1 view 1. Looked for in $ROOMFIX_DATA/pets2009 and ../shared/data/pets2009 beside the checkout.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "roomfix/base/number.hpp"
+#include "roomfix/connect/frame_source.hpp"
+#include "roomfix/estimate/smoother.hpp"
+#include "roomfix/evaluate/consistency.hpp"
+#include "roomfix/evaluate/detections.hpp"
+#include "roomfix/overhead/overhead_observer.hpp"
+#include "roomfix/pipeline/background_source.hpp"
+#include "roomfix/site/load_site.hpp"
+
+namespace roomfix {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path data_folder() {
+    if (const char* data = std::getenv("ROOMFIX_DATA")) return fs::path(data) / "pets2009";
+    return fs::path(ROOMFIX_SOURCE).parent_path() / "shared/data/pets2009";
+}
+
+std::map<int, std::vector<Eigen::Vector2d>> read_truth(const fs::path& file) {
+    std::map<int, std::vector<Eigen::Vector2d>> truth;
+    std::ifstream stream(file);
+    std::string line;
+    std::getline(stream, line);
+    while (std::getline(stream, line)) {
+        std::array<std::string, 4> fields;
+        std::istringstream parts(line);
+        for (auto& field : fields) std::getline(parts, field, ',');
+        truth[static_cast<int>(*parse_integer(fields[0]))].push_back({*parse_number(fields[2]), *parse_number(fields[3])});
+    }
+    return truth;
+}
+
+DetectionCount count_people(bool learned_first, bool smoothed) {
+    const fs::path folder = data_folder();
+    const Site site = *load_site(folder / "site.yaml");
+    const auto truth = read_truth(folder / "truth.csv");
+    OverheadObserver observer(*fixed_view(site.cameras[0]), site.robots);
+    const std::string video = (folder / "vtest.avi").string();
+    if (learned_first) observer.set_background(std::move(*learn_background(site.cameras[0], {video})));
+    Smoother smoother(site.robots);
+    auto source = open_source(video);
+    SourceFrame frame;
+    OverheadResult result;
+    DetectionCount count;
+    for (int number = 1; number <= truth.rbegin()->first && *(*source)->next(frame); ++number) {
+        observer.observe(frame.image, result);
+        smoother.add(frame.time, "view1", result.observations);
+        const auto people = truth.find(number);
+        if (people == truth.end()) continue;
+        std::vector<Eigen::Vector2d> found;
+        if (smoothed) {
+            for (const Fix& fix : smoother.fixes(frame.time)) found.emplace_back(fix.pose.x, fix.pose.y);
+        } else {
+            for (const auto& o : result.observations) found.emplace_back(o.pose.x, o.pose.y);
+        }
+        count_frame(people->second, found, 1.0, count);
+    }
+    return count;
+}
+
+void print(const char* what, const DetectionCount& c) {
+    const Summary errors = summarise(c.errors);
+    fmt::print("PETS 2009, {}: {} listed, {} found ({:.0f} %), {} missed, {} false ({:.0f} % of what was reported); error median {:.2f} m, p95 {:.2f} m\n",
+               what, c.listed, c.found, 100.0 * c.found / c.listed, c.missed, c.false_ones, 100.0 * c.false_ones / (c.found + c.false_ones),
+               errors.median, errors.p95);
+}
+
+TEST(Pets2009, PeopleAreFoundInRealFootage) {
+    if (!fs::exists(data_folder() / "vtest.avi")) GTEST_SKIP() << data_folder() << " is absent: set ROOMFIX_DATA to a folder that holds pets2009/";
+    const DetectionCount learned = count_people(true, false);
+    print("background learned first, single frames", learned);
+    print("background learned first, smoothed", count_people(true, true));
+    const DetectionCount live = count_people(false, false);
+    print("live from the first frame, single frames", live);
+    EXPECT_EQ(learned.listed, 72);
+    EXPECT_GE(learned.found, 0.75 * learned.listed);
+    EXPECT_LE(learned.false_ones, 0.2 * (learned.found + learned.false_ones));
+    EXPECT_LE(summarise(learned.errors).median, 0.40);
+    EXPECT_GE(live.found, 0.6 * live.listed);
+}
+
+}  // namespace
+}  // namespace roomfix

@@ -1,0 +1,60 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "roomfix/evaluate/consistency.hpp"
+#include "roomfix/evaluate/detections.hpp"
+#include "roomfix/evaluate/li2014_experiment.hpp"
+
+namespace roomfix {
+namespace {
+
+TEST(Consistency, NeesOfAKnownErrorAndYawModuloSymmetry) {
+    const Eigen::Vector3d e = pose_error({1.1, 2, 3.3}, {1, 2.2, 0.1}, std::numbers::pi / 2);
+    EXPECT_NEAR(e.z(), 3.2 - std::numbers::pi, 1e-12);
+    EXPECT_NEAR(nees({0.1, -0.2, 0}, Eigen::Vector3d(0.01, 0.01, 1).asDiagonal()), 5, 1e-9);
+    EXPECT_EQ(nees({0.1, 0, 0}, Eigen::Matrix3d::Zero()), std::numeric_limits<double>::infinity()) << "a zero covariance is no honest one";
+}
+
+TEST(Detections, AreMatchedOneToOneWithinTheGate) {
+    DetectionCount count;
+    count_frame({{0, 0}, {2, 0}, {9, 9}}, {{0.1, 0}, {0.3, 0}, {2, 0.5}}, 1.0, count);
+    EXPECT_EQ(count.listed, 3);
+    EXPECT_EQ(count.found, 2);
+    EXPECT_EQ(count.missed, 1);
+    EXPECT_EQ(count.false_ones, 1);
+    EXPECT_NEAR(summarise(count.errors).max, 0.5, 1e-12);
+}
+
+TEST(Li2014, TheRecomputedErrorsAreThoseOfTheTablesCoordinates) {
+    const auto& points = li2014_test_points();
+    ASSERT_EQ(points.size(), 15U);
+    EXPECT_NEAR((points[2].measured - points[2].actual).norm(), 0.0608, 1e-4);
+    EXPECT_NEAR((points[9].measured - points[9].actual).norm(), 0.1432, 1e-4);
+}
+
+// A smaller version of the accuracy figures; the whole is in `./dev bench`. Seeds of their own.
+TEST(Li2014, OursIsAnOrderOfMagnitudeBetterAndSaysHowGoodItIs) {
+    const auto report = run_li2014({.seed = 301, .seeds = 2, .fixes_per_point = 2});
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_EQ(report->lost(), 0);
+    const Summary ours = summarise(report->position_errors());
+    const Summary published = summarise(report->published_errors());
+    EXPECT_LT(ours.mean, 0.015);
+    EXPECT_LT(ours.median, 0.010);
+    EXPECT_LT(degrees(summarise(report->yaw_errors()).median), 1.0);
+    EXPECT_GT(published.mean, 10 * ours.median) << "the published method is the baseline, not a straw man: it finds every robot";
+    EXPECT_EQ(published.count, 60U);
+    // NEES of three unknowns has a median of 2.37; a few gross errors do not move it.
+    std::vector<double> nees_values;
+    for (const auto& t : report->trials) nees_values.push_back(nees(t.error, t.covariance));
+    const double median = summarise(nees_values).median;
+    EXPECT_GT(median, 0.8);
+    EXPECT_LT(median, 4.5);
+    EXPECT_NE(li2014_table(*report).find("as published"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace roomfix

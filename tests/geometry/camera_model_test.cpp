@@ -1,0 +1,76 @@
+#include "roomfix/geometry/camera_model.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <Eigen/Geometry>
+
+#include "roomfix/base/random.hpp"
+
+namespace roomfix {
+namespace {
+
+CameraModel random_model(Random& random) {
+    const double f = random.uniform(200, 1500);
+    return make_camera_model(640, 480, f, f * random.uniform(0.98, 1.02), random.uniform(300, 340), random.uniform(220, 260),
+                             {random.uniform(-0.4, 0.3), random.uniform(-0.5, 0.5), random.uniform(-0.005, 0.005), random.uniform(-0.005, 0.005),
+                              random.uniform(-1, 1)});
+}
+
+TEST(CameraModel, PixelToRayAndBackAgreesWherePossible) {
+    rc::check("project(unproject(p)) == p within 1e-9 px, or unproject says no", [](std::uint64_t seed) {
+        Random random(seed);
+        const CameraModel model = random_model(random);
+        const Eigen::Vector2d pixel(random.uniform(0, 639), random.uniform(0, 479));
+        const auto ray = unproject(model, pixel);
+        if (!ray) return;
+        const auto again = project(model, ray->homogeneous());
+        RC_ASSERT(again.has_value());
+        RC_ASSERT((*again - pixel).norm() < 1e-9);
+    });
+}
+
+TEST(CameraModel, APlainLensIsInvertibleEverywhere) {
+    const CameraModel model = make_camera_model(640, 480, 500, 500, 320, 240, {-0.1, 0.02, 0.001, -0.001, 0});
+    for (int x = 0; x < 640; x += 20) {
+        for (int y = 0; y < 480; y += 20) EXPECT_TRUE(unproject(model, Eigen::Vector2d(x, y)).has_value()) << x << ", " << y;
+    }
+}
+
+TEST(CameraModel, SaysNoBeyondTheFoldOfTheDistortion) {
+    // r (1 - r^2) rises until r = 1/sqrt(3), where it is 0.385: nothing is imaged farther out than that.
+    const CameraModel model = make_camera_model(640, 480, 500, 500, 320, 240, {-1, 0, 0, 0, 0});
+    EXPECT_NEAR(model.max_radius_squared, 1.0 / 3, 1e-9);
+    EXPECT_TRUE(unproject(model, {320 + 0.38 * 500, 240}).has_value());
+    EXPECT_FALSE(unproject(model, {320 + 0.39 * 500, 240}).has_value());
+    EXPECT_FALSE(project(model, {0.7, 0, 1}).has_value()) << "beyond the fold a point would appear where another one is";
+    EXPECT_FALSE(project(model, {0, 0, -1}).has_value()) << "behind the camera";
+    EXPECT_FALSE(unproject(model, {std::nan(""), 0}).has_value());
+}
+
+TEST(CameraModel, DerivativesMatchDifferences) {
+    Random random(3);
+    for (int i = 0; i < 200; ++i) {
+        const CameraModel model = random_model(random);
+        const Eigen::Vector3d p(random.uniform(-0.4, 0.4), random.uniform(-0.3, 0.3), random.uniform(0.8, 3));
+        ProjectionJacobian jacobian;
+        const auto pixel = project(model, p, &jacobian);
+        if (!pixel) continue;
+        for (int k = 0; k < 3; ++k) {
+            constexpr double h = 1e-6;
+            const auto ahead = project(model, p + h * Eigen::Vector3d::Unit(k));
+            const auto behind = project(model, p - h * Eigen::Vector3d::Unit(k));
+            if (!ahead || !behind) continue;
+            EXPECT_LT((jacobian.col(k) - (*ahead - *behind) / (2 * h)).norm(), 1e-4 * (1 + jacobian.norm()));
+        }
+        Eigen::Matrix2d by_pixel;
+        const auto ray = unproject(model, *pixel, &by_pixel);
+        ASSERT_TRUE(ray.has_value());
+        const auto shifted = unproject(model, *pixel + Eigen::Vector2d(1e-3, 0));
+        if (!shifted) continue;
+        EXPECT_LT((by_pixel.col(0) - (*shifted - *ray) / 1e-3).norm(), 1e-4 * (1 + by_pixel.norm()));
+    }
+}
+
+}  // namespace
+}  // namespace roomfix

@@ -1,0 +1,28 @@
+"""Checks that each folder of src/roomfix includes only what stands below it."""
+import pathlib
+import re
+import sys
+
+# From the bottom up. The observers stand side by side and do not know each other.
+below = {
+    "base": [],
+    "geometry": ["base"],
+    "imaging": ["base", "geometry"],
+    "site": ["base", "geometry"],
+    "observation": ["base", "geometry", "site"],
+    "overhead": ["base", "geometry", "imaging", "site", "observation"],
+    "estimate": ["base", "geometry", "site", "observation"],
+    "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead"],
+    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "estimate", "simulate"],
+    "connect": ["base", "geometry", "imaging", "site", "observation"],
+    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "estimate", "connect"],
+}
+root = pathlib.Path(sys.argv[1])
+wrong = []
+for file in sorted(root.rglob("*.[ch]pp")):
+    folder = file.relative_to(root).parts[0]
+    for target in re.findall(r'#include "roomfix/([a-z]+)/', file.read_text()):
+        if target != folder and target not in below[folder]:
+            wrong.append(f"{file}: {folder}/ must not include {target}/")
+print("\n".join(wrong) or f"{len(below)} folders: every include points down")
+sys.exit(bool(wrong))

@@ -1,0 +1,34 @@
+"""Validates the example sites against docs/site.schema.json, and checks that the schema refuses wrong ones."""
+import json
+import pathlib
+import sys
+
+import jsonschema
+import yaml
+
+root = pathlib.Path(sys.argv[1])
+schema = json.loads((root / "docs/site.schema.json").read_text())
+jsonschema.Draft7Validator.check_schema(schema)
+validator = jsonschema.Draft7Validator(schema)
+failures = 0
+examples = sorted((root / "examples").rglob("site.yaml"))
+assert examples, "no example sites found"
+for file in examples:
+    for error in validator.iter_errors(yaml.safe_load(file.read_text())):
+        print(f"{file}: {error.message}")
+        failures += 1
+good = yaml.safe_load(examples[0].read_text())
+for breakage in (
+    lambda s: s.update(roomfix=2),
+    lambda s: s.update(camera={}),
+    lambda s: next(iter(s["cameras"].values())).pop("size"),
+    lambda s: next(iter(s["cameras"].values())).update(height=1.0),
+    lambda s: next(iter(s["robots"].values())).update(shape="ball"),
+):
+    bad = json.loads(json.dumps(good))
+    breakage(bad)
+    if validator.is_valid(bad):
+        print("the schema accepts a site it should refuse")
+        failures += 1
+print(f"{len(examples)} example(s), {failures} failure(s)")
+sys.exit(failures > 0)

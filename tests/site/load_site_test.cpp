@@ -1,0 +1,133 @@
+#include "roomfix/site/load_site.hpp"
+
+#include <gtest/gtest.h>
+
+#include "roomfix/site/site_text.hpp"
+
+namespace roomfix {
+namespace {
+
+const std::string good = R"(roomfix: 1
+site: {name: lab, ceiling: 3.0, walls: [[[0, 0], [6, 0], [6, 5]]]}
+cameras:
+  hall:
+    source: frames/hall
+    size: [640, 480]
+    intrinsics: {fx: 518.38, fy: 518.07, cx: 318.0, cy: 239.5}
+    pose: {position: [2.79, 5.70, 2.30], quaternion: [0.5, -0.5, 0.5, -0.5]}
+  up:
+    source: frames/up
+    size: [352, 288]
+    intrinsics: {fx: 300, fy: 300, cx: 175.5, cy: 143.5}
+    mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}
+robots:
+  r1: {shape: box, size: [0.54, 0.54, 0.45]}
+  cart: {shape: cylinder, size: [0.5, 1.7], count: many}
+landmarks:
+  n1: {position: [1.0, 1.25, 3.0], yaw_deg: 90, legs: [0.10, 0.15], beacon: n1}
+beacons:
+  n1: {position: [1.0, 1.25, 3.0]}
+corners:
+  nw: {position: [0, 0, 2.7], yaw_deg: 0}
+)";
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+}
+
+const Problem* problem_with(const LoadedSite& loaded, const std::string& words) {
+    for (const auto& p : loaded.problems) {
+        if (p.message.find(words) != std::string::npos) return &p;
+    }
+    return nullptr;
+}
+
+TEST(LoadSite, ReadsEverything) {
+    const LoadedSite loaded = parse_site(good, "/somewhere");
+    for (const auto& p : loaded.problems) EXPECT_FALSE(p.fatal) << p.message;
+    const Site& site = loaded.site;
+    ASSERT_EQ(site.cameras.size(), 2U);
+    EXPECT_EQ(site.cameras[0].id, "hall");
+    EXPECT_EQ(site.cameras[0].model.fx, 518.38);
+    EXPECT_TRUE(std::holds_alternative<Mount>(site.cameras[1].placement));
+    ASSERT_EQ(site.robots.size(), 2U);
+    EXPECT_TRUE(site.robots[1].many);
+    EXPECT_NEAR(site.landmarks[0].yaw, 1.5707963, 1e-6);
+    EXPECT_EQ(resolved_path(site, "frames/hall"), "/somewhere/frames/hall");
+    EXPECT_EQ(resolved_path(site, "rtsp://camera/1"), "rtsp://camera/1");
+    EXPECT_TRUE(problem_with(loaded, "no covariance")) << "a note says that the calibration is left out";
+}
+
+TEST(LoadSite, ReportsAllMistakesAtOnceWithTheirPlaces) {
+    std::string text = with(good, "fx: 518.38", "fx: wide");
+    text = with(text, "shape: box", "shape: ball");
+    text = with(text, "    source: frames/up", "    sorce: frames/up");
+    text = with(text, "beacon: n1", "beacon: n9");
+    text = with(text, "quaternion: [0, 0, 0, 1]", "quaternion: [0, 0, 0, 2]");
+    const LoadedSite loaded = parse_site(text, "/");
+    EXPECT_FALSE(loaded.usable());
+    const struct {
+        const char* words;
+        int line, column;
+    } expected[] = {{"fx must be a number, not 'wide'", 7, 22},
+                    {"no key 'sorce': did you mean 'source'?", 10, 5},
+                    {"needs the key 'source'", 10, 5},
+                    {"shape must be box or cylinder, not 'ball'", 15, 15},
+                    {"no beacon 'n9'", 18, 74}};
+    for (const auto& e : expected) {
+        const Problem* p = problem_with(loaded, e.words);
+        ASSERT_TRUE(p) << e.words;
+        EXPECT_EQ(p->line, e.line) << e.words;
+        EXPECT_EQ(p->column, e.column) << e.words;
+    }
+    EXPECT_TRUE(problem_with(loaded, "must lie between -1.01 and 1.01")) << "the quaternion";
+}
+
+TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
+    const struct {
+        const char* from;
+        const char* to;
+        const char* words;
+    } cases[] = {
+        {"roomfix: 1", "roomfix: 2", "not format 1"},
+        {"size: [640, 480]", "size: [0, 480]", "must lie between"},
+        {"size: [640, 480]", "size: 640", "list of 2 numbers"},
+        {"    pose: {position: [2.79, 5.70, 2.30], quaternion: [0.5, -0.5, 0.5, -0.5]}\n", "", "where is the camera"},
+        {"[0.5, -0.5, 0.5, -0.5]}", "[0.5, -0.5, 0.5, -0.5]}\n    height: 2", "keep one of them"},
+        {"robot: r1", "robot: r7", "no robot 'r7'"},
+        {"  up:", "  hall:", "stands twice"},
+        {"  up:", "  'a b':", "letters, digits"},
+        {"count: many", "count: lots", "must be 'many' or 1"},
+        {"size: [0.54, 0.54, 0.45]", "size: [0.54, 0, 0.45]", "must lie between"},
+    };
+    for (const auto& c : cases) {
+        const LoadedSite loaded = parse_site(with(good, c.from, c.to), "/");
+        EXPECT_FALSE(loaded.usable()) << c.to;
+        EXPECT_TRUE(problem_with(loaded, c.words)) << c.to;
+    }
+    for (const char* text : {"", "[", "just text", "roomfix: 1", "{a: b", "- 1\n- 2", "&a [*a]"}) EXPECT_FALSE(parse_site(text, "/").usable()) << text;
+}
+
+TEST(LoadSite, FloorPointsThatDoNotFixThePoseAreAnError) {
+    const std::string pose = "    pose: {position: [2.79, 5.70, 2.30], quaternion: [0.5, -0.5, 0.5, -0.5]}\n";
+    const auto floor = [&](const char* points) { return parse_site(with(good, pose, std::string("    floor_points: [") + points + "]\n"), "/"); };
+    const auto few = floor("{pixel: [100, 300], map: [3, 5]}, {pixel: [200, 300], map: [3, 6]}, {pixel: [200, 400], map: [4, 6]}");
+    ASSERT_TRUE(problem_with(few, "four or more are needed"));
+    EXPECT_EQ(problem_with(few, "four or more are needed")->line, 8);
+    const auto line = floor("{pixel: [100, 300], map: [3, 5]}, {pixel: [200, 300], map: [3, 6]}, {pixel: [300, 300], map: [3, 7]}, {pixel: [400, 300], map: [3, 8]}");
+    EXPECT_TRUE(problem_with(line, "on one line"));
+}
+
+TEST(SiteText, ReadsBackAsTheSameSite) {
+    const Site site = parse_site(good, "/").site;
+    const LoadedSite again = parse_site(site_text(site), "/");
+    for (const auto& p : again.problems) EXPECT_FALSE(p.fatal) << p.message;
+    EXPECT_EQ(site_text(again.site), site_text(site));
+    EXPECT_EQ(again.site.cameras.size(), site.cameras.size());
+    EXPECT_EQ(again.site.walls, site.walls);
+}
+
+}  // namespace
+}  // namespace roomfix
