@@ -89,7 +89,7 @@ TEST(BackgroundModel, LightChangesAreNotForeground) {
     for (const double gain : {0.8, 0.95, 1.0, 1.15, 1.3}) {
         model.classify(floor_frame(gain, random), foreground);
         EXPECT_LT(foreground.mask.count(), 24) << "one in a thousand at gain " << gain;
-        EXPECT_NEAR(static_cast<double>(foreground.global_gain), gain, 0.01);
+        EXPECT_NEAR(static_cast<double>(foreground.global_gain), gain, 0.015);
     }
 }
 

@@ -75,7 +75,7 @@ TEST(LoadSite, ReportsAllMistakesAtOnceWithTheirPlaces) {
                     {"no key 'sorce': did you mean 'source'?", 10, 5},
                     {"needs the key 'source'", 10, 5},
                     {"shape must be box or cylinder, not 'ball'", 15, 15},
-                    {"no beacon 'n9'", 18, 74}};
+                    {"no beacon 'n9'", 18, 77}};
     for (const auto& e : expected) {
         const Problem* p = problem_with(loaded, e.words);
         ASSERT_TRUE(p) << e.words;

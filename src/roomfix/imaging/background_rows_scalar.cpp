@@ -8,7 +8,8 @@ namespace {
 
 /// The background as the frame's light makes it: mean * gain, at most 255.
 int predicted(const BackgroundRow& row, int x) {
-    return std::min((((row.mean[x] << 6) + 32) * row.gain[x >> 6]) >> 16, 255);
+    const std::uint32_t fine = (std::uint32_t{row.mean[x]} << 6) + 32;
+    return static_cast<int>(std::min((fine * row.gain[x >> 6]) >> 16, 255U));
 }
 
 }  // namespace
@@ -62,7 +63,8 @@ void block_sums(const BlockRows& rows, PairSum* sums) {
 void refresh_row(const RefreshRow& row) {
     for (int x = 0; x < row.words * 64; ++x) {
         if ((row.keep[x >> 6] >> (x & 63)) & 1U) continue;
-        const int half = ((row.frame[x] << 8) * row.inverse_gain[x >> 6]) >> 16;
+        const std::uint32_t frame = std::uint32_t{row.frame[x]} << 8;
+        const int half = static_cast<int>((frame * row.inverse_gain[x >> 6]) >> 16);
         const int light = std::min(2 * half, 65535);
         const int mean = row.mean_fine[x];
         const int off = std::abs(light - mean);

@@ -15,12 +15,30 @@ double rounded(double value, double unit) { return std::round(value / unit) * un
 
 json point(const Eigen::Vector2d& p) { return {rounded(p.x(), 1e-4), rounded(p.y(), 1e-4)}; }
 
-/// The floor that a camera sees, as a polygon: the picture's border projected, cut off at a distance.
-json field_of_view(const View& view) {
+/// The point between `from` and `to` where the first wall is met, or `to`.
+Eigen::Vector2d up_to_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const std::vector<Polyline>& walls) {
+    const Eigen::Vector2d ray = to - from;
+    double nearest = 1;
+    for (const Polyline& line : walls) {
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            const Eigen::Vector2d wall = line[i] - line[i - 1];
+            const Eigen::Vector2d gap = line[i - 1] - from;
+            const double cross = ray.x() * wall.y() - ray.y() * wall.x();
+            if (std::abs(cross) < 1e-12) continue;
+            const double along_ray = (gap.x() * wall.y() - gap.y() * wall.x()) / cross;
+            const double along_wall = (gap.x() * ray.y() - gap.y() * ray.x()) / cross;
+            if (along_ray > 0 && along_wall >= 0 && along_wall <= 1) nearest = std::min(nearest, along_ray);
+        }
+    }
+    return from + nearest * ray;
+}
+
+/// The floor that a camera sees, as a polygon: the picture's border projected, cut off at walls and at a distance.
+json field_of_view(const View& view, const std::vector<Polyline>& walls) {
     json polygon = json::array();
     const double w = view.model.width - 1.0;
     const double h = view.model.height - 1.0;
-    constexpr int steps = 12;
+    constexpr int steps = 80;
     const auto add = [&](double u, double v) {
         const Eigen::Vector2d foot = view.position().head<2>();
         const auto floor = pixel_to_plane(view, {u, v}, 0);
@@ -34,7 +52,7 @@ json field_of_view(const View& view) {
             if (direction.head<2>().norm() < 1e-9) return;
             p = foot + farthest_view * direction.head<2>().normalized();
         }
-        polygon.push_back(point(p));
+        polygon.push_back(point(up_to_wall(foot, p, walls)));
     };
     for (int i = 0; i < steps; ++i) add(w * i / steps, 0);
     for (int i = 0; i < steps; ++i) add(w, h * i / steps);
@@ -61,7 +79,7 @@ std::string SiteRunner::site_json() const {
     for (const auto& post : posts_) {
         const View& view = post->observer->view();
         site["cameras"].push_back({{"id", post->camera.id}, {"width", view.model.width}, {"height", view.model.height},
-                                   {"position", point(view.position().head<2>())}, {"view", field_of_view(view)}});
+                                   {"position", point(view.position().head<2>())}, {"view", field_of_view(view, site_.walls)}});
     }
     for (const SiteRobot& robot : site_.robots) {
         site["robots"][robot.id] = shape_json(robot.shape);

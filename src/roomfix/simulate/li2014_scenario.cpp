@@ -100,7 +100,7 @@ Scenario demo_scenario(std::uint64_t seed) {
     scenario.name = scenario.site.name = "demo";
     ScenarioRobot cart;
     cart.robot = {"cart", Box{0.80, 0.50, 0.60}};
-    cart.look = {0.55f, 0.65f, false};
+    cart.look = {0.10f, 0.08f, false};
     cart.path = {{12.4, 10.75}, {9.7, 10.40}, {9.6, 8.3}, {9.9, 8.1}, {9.9, 10.0}};
     cart.speed = 0.3;
     scenario.robots.push_back(cart);
