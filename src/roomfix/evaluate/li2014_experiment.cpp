@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
@@ -50,13 +51,39 @@ Result<Station> make_station(const Scenario& scenario, std::size_t index, const 
 
 double position_sigma(const Eigen::Matrix3d& covariance) { return std::sqrt(covariance(0, 0) + covariance(1, 1)); }
 
-Pose2 place_robot(const Li2014Options& options, const Li2014TestPoint& point, Random& random) {
-    Pose2 pose{point.actual.x(), point.actual.y(), random.uniform(-std::numbers::pi, std::numbers::pi)};
-    if (options.scatter) {
-        pose.x += random.uniform(-0.4, 0.4);
-        pose.y += random.uniform(-0.15, 0.15);
+/// True if no wall runs through the robot's footprint.
+bool stands_free(const Site& site, const Pose2& pose) {
+    const Eigen::Vector2d half = half_size(site.robots[0].shape).head<2>();
+    const Eigen::Rotation2Dd robot_from_map(-pose.yaw);
+    for (const Polyline& line : site.walls) {
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            const Eigen::Vector2d a = robot_from_map * (line[i - 1] - Eigen::Vector2d(pose.x, pose.y));
+            const Eigen::Vector2d d = robot_from_map * (line[i] - line[i - 1]);
+            double enter = 0;
+            double leave = 1;
+            for (int axis = 0; axis < 2; ++axis) {
+                const double u = (-half[axis] - a[axis]) / d[axis];
+                const double v = (half[axis] - a[axis]) / d[axis];
+                if (std::abs(d[axis]) < 1e-12 && std::abs(a[axis]) > half[axis]) leave = -1;
+                if (std::abs(d[axis]) < 1e-12) continue;
+                enter = std::max(enter, std::min(u, v));
+                leave = std::min(leave, std::max(u, v));
+            }
+            if (enter <= leave) return false;
+        }
     }
-    return pose;
+    return true;
+}
+
+/// On the test point, or within 0.4 m of it, with a heading at which the robot fits between the walls.
+Pose2 place_robot(const Li2014Options& options, const Site& site, const Li2014TestPoint& point, Random& random) {
+    const double reach = options.scatter ? 0.4 : 0.0;
+    for (int i = 0; i < 1000; ++i) {
+        const Pose2 pose{point.actual.x() + random.uniform(-reach, reach), point.actual.y() + random.uniform(-reach, reach),
+                         random.uniform(-std::numbers::pi, std::numbers::pi)};
+        if (stands_free(site, pose)) return pose;
+    }
+    return {point.actual.x(), point.actual.y(), 0};
 }
 
 /// Part of the robot's pixels that are still seen with `occluder` in the scene.
@@ -126,7 +153,7 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
             const auto index = static_cast<std::size_t>(points[p].camera);
             const ScenarioCamera& camera = scenario.cameras[index];
             for (int f = 0; f < options.fixes_per_point; ++f) {
-                Li2014Trial trial{static_cast<int>(p), seed, place_robot(options, points[p], random)};
+                Li2014Trial trial{static_cast<int>(p), seed, place_robot(options, scenario.site, points[p], random)};
                 const auto solids = robot_solids(scenario.robots[0].robot.shape, scenario.robots[0].look, trial.truth);
                 if (options.hidden > 0 || points[p].camera != station_camera) {
                     Scene scene = scenario.scene;

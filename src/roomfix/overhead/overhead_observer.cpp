@@ -168,8 +168,8 @@ OverheadObserver::Found OverheadObserver::best_area(const FrameEvidence& evidenc
 OutlineFit OverheadObserver::fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const {
     OutlineFit best = fit_outline(evidence, view_, shape, start, {}, settings_.fit);
     const Eigen::Vector2d sight = (Eigen::Vector2d(start.x, start.y) - view_.position().head<2>()).normalized();
-    for (const double step : {0.3, -0.3, 0.6}) {
-        if (best.score > settings_.good_score) break;
+    for (const double step : {0.35, -0.3, 0.7}) {
+        if (best.score > settings_.sure_score) break;
         const Eigen::Vector2d shift = step * shape.radius * sight;
         const OutlineFit next = fit_outline(evidence, view_, shape, {start.x + shift.x(), start.y + shift.y(), start.yaw}, {}, settings_.fit);
         if (next.score > best.score) best = next;
