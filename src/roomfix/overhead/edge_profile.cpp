@@ -60,13 +60,14 @@ Profile read_profile(const FrameEvidence& evidence, const Eigen::Vector2d& pixel
 EdgeReading read_edge(const FrameEvidence& evidence, const Eigen::Vector2d& pixel, const Eigen::Vector2d& normal, int reach) {
     EdgeReading reading;
     const Profile profile = read_profile(evidence, pixel, normal, std::min(reach, longest_reach));
-    const auto bit = [&](double s) {
+    const auto bit = [&](const BitMask& mask, double s) {
         const Eigen::Vector2d p = pixel + s * normal;
-        return evidence.mask->at(static_cast<int>(std::lround(std::clamp(p.x(), 0.0, evidence.frame.width - 1.0))),
-                                 static_cast<int>(std::lround(std::clamp(p.y(), 0.0, evidence.frame.height - 1.0))));
+        return mask.at(static_cast<int>(std::lround(std::clamp(p.x(), 0.0, evidence.frame.width - 1.0))),
+                       static_cast<int>(std::lround(std::clamp(p.y(), 0.0, evidence.frame.height - 1.0))));
     };
-    reading.inside_foreground = bit(-3);
-    reading.outside_foreground = bit(3);
+    reading.inside_foreground = bit(*evidence.mask, -3);
+    // The robot's own shadow beside it does not say that the robot goes on there.
+    reading.outside_foreground = bit(*evidence.mask, 3) && !bit(evidence.foreground->shadow, 3);
 
     const auto r = [&](int j) { return profile.ratio[static_cast<std::size_t>(j)]; };
     const auto level_outside = [&](int j) { return 0.5f * (r(j - 2) + r(std::max(j - 3, 0))); };

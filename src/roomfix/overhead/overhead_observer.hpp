@@ -17,7 +17,7 @@ struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
     double least_score = 0.40;     // of an outline fit, to be a fix
-    double sure_score = 0.72;      // above, no other distance from the camera is tried
+    double sure_score = 0.90;      // above, no other distance from the camera is tried
     double good_score = 0.60;      // above, no other place is tried
     double least_hidden = 0.28;    // part of the outline that must agree where the rest is hidden
     double least_visible = 0.25;   // part of the outline in view
