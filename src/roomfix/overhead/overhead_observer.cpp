@@ -168,10 +168,16 @@ OverheadObserver::Found OverheadObserver::best_area(const FrameEvidence& evidenc
 OutlineFit OverheadObserver::fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const {
     OutlineFit best = fit_outline(evidence, view_, shape, start, {}, settings_.fit);
     const Eigen::Vector2d sight = (Eigen::Vector2d(start.x, start.y) - view_.position().head<2>()).normalized();
+    OutlineFitSettings glance = settings_.fit;
+    glance.samples = 32;
+    glance.rounds = 3;
     for (const double step : {0.35, -0.3, 0.7}) {
         if (best.score > settings_.sure_score) break;
         const Eigen::Vector2d shift = step * shape.radius * sight;
-        const OutlineFit next = fit_outline(evidence, view_, shape, {start.x + shift.x(), start.y + shift.y(), start.yaw}, {}, settings_.fit);
+        const OutlineFit seen = fit_outline(evidence, view_, shape, {start.x + shift.x(), start.y + shift.y(), start.yaw}, {}, glance);
+        if (seen.score < best.score - 0.15) continue;
+        if (std::hypot(seen.pose.x - best.pose.x, seen.pose.y - best.pose.y) < 0.05 * shape.radius) continue;  // the same place again
+        const OutlineFit next = fit_outline(evidence, view_, shape, seen.pose, {}, settings_.fit);
         if (next.score > best.score) best = next;
     }
     return best;
