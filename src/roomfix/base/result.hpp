@@ -36,7 +36,7 @@ template <>
 class [[nodiscard]] Result<void> {
 public:
     Result() = default;
-    Result(Error error) : error_(std::move(error.message)), failed_(true) {}
+    Result(Error error) : error_(std::move(error)), failed_(true) {}
 
     explicit operator bool() const { return !failed_; }
     const Error& error() const { return error_; }
