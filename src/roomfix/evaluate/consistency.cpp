@@ -18,12 +18,6 @@ double nees(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
     return error.dot(factor.solve(error));
 }
 
-double nees_position(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
-    const Eigen::LLT<Eigen::Matrix2d> factor(covariance.topLeftCorner<2, 2>());
-    if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-    return error.head<2>().dot(factor.solve(error.head<2>()));
-}
-
 Summary summarise(std::vector<double> values) {
     Summary s;
     s.count = values.size();

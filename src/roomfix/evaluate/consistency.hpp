@@ -15,9 +15,6 @@ Eigen::Vector3d pose_error(const Pose2& fix, const Pose2& truth, double symmetry
 /// Infinity if P is not positive definite.
 double nees(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
-/// The same for x and y alone.
-double nees_position(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
-
 struct Summary {
     std::size_t count = 0;
     double mean = 0, rms = 0, median = 0, p95 = 0, max = 0;

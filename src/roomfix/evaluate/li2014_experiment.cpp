@@ -41,7 +41,7 @@ Result<Station> make_station(const Scenario& scenario, std::size_t index, const 
     station.observer.set_background(learner.learn());
     if (with_published) {
         const auto rectangle = li2014_rectangle(camera, 0.5, random);
-        auto published = Li2014::set_up(camera.truth.model, rectangle, li2014_aisle(camera));
+        auto published = Li2014::set_up(camera.truth.model, rectangle, li2014_aisle_ahead(camera.truth));
         if (!published) return published.error();
         published->set_background(frames);
         station.published = std::move(*published);

@@ -119,14 +119,9 @@ const std::vector<Li2014TestPoint>& li2014_test_points() {
     return points;
 }
 
-Li2014Aisle li2014_aisle(const ScenarioCamera& camera) {
-    const Eigen::Vector3d forward = camera.truth.map_from_camera.pose.linear().col(2);
-    return {camera.truth.position().head<2>(), forward.head<2>().normalized()};
-}
-
 Li2014Rectangle li2014_rectangle(const ScenarioCamera& camera, double sigma, Random& random) {
     // The tile corners next to the camera's axis, from a near row on, 3 tiles wide and 8 long.
-    const Li2014Aisle aisle = li2014_aisle(camera);
+    const Li2014Aisle aisle = li2014_aisle_ahead(camera.truth);
     const Eigen::Vector2d left(-aisle.direction.y(), aisle.direction.x());
     const auto grid = [](double along) { return std::round(along / tile) * tile; };
     const double axis = grid(left.dot(aisle.camera) - 0.5 * tile) + 0.5 * tile;  // the aisle's axis runs through a tile's middle

@@ -74,6 +74,5 @@ const std::vector<Li2014TestPoint>& li2014_test_points();
 /// The rectangle of floor tiles (0.9 x 2.4 m) that sets up the published method for a camera of the li2014 scenario,
 /// clicked with noise (px).
 Li2014Rectangle li2014_rectangle(const ScenarioCamera& camera, double sigma, Random& random);
-Li2014Aisle li2014_aisle(const ScenarioCamera& camera);
 
 }  // namespace roomfix
