@@ -149,6 +149,49 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
     }
 }
 
+void BackgroundModel::add_faint(LumaView frame, int left, int top, int right, int bottom, Foreground& result) const {
+    // Sums over a window from running sums down the columns, then across.
+    constexpr int rows = 5;
+    left = std::max(left, 2);
+    top = std::max(top, 2);
+    right = std::min(right, width() - 3);
+    bottom = std::min(bottom, height() - 3);
+    if (left > right || top > bottom) return;
+    const int across = right - left + 5;  // two more columns to each side
+    result.sums.resize(static_cast<std::size_t>(across) * (rows + 2));
+    const auto line = [&](int i) { return result.sums.data() + static_cast<std::ptrdiff_t>(i) * across; };
+    int* wide = line(rows);        // down five rows
+    int* narrow = line(rows + 1);  // down three
+    const auto difference = [&](int y) {
+        const std::uint16_t* gain = result.gain.data() + (y / block_height) * blocks_x();
+        int* to = line(y % rows);
+        for (int i = 0; i < across; ++i) {
+            const int x = left - 2 + i;
+            to[i] = frame.row(y)[x] - static_cast<int>((((mean_.row(y)[x] << 6) + 32) * gain[x / block_width]) >> 16);
+        }
+    };
+    for (int y = top - 2; y < top + 2; ++y) difference(y);
+    for (int y = top; y <= bottom; ++y) {
+        difference(y + 2);
+        for (int i = 0; i < across; ++i) {
+            narrow[i] = line((y - 1) % rows)[i] + line(y % rows)[i] + line((y + 1) % rows)[i];
+            wide[i] = narrow[i] + line((y - 2) % rows)[i] + line((y + 2) % rows)[i];
+        }
+        for (int i = 2; i + 2 < across; ++i) {
+            const int x = left - 2 + i;
+            const int large = wide[i - 2] + wide[i - 1] + wide[i] + wide[i + 1] + wide[i + 2];
+            const int small = narrow[i - 1] + narrow[i] + narrow[i + 1];
+            // Of the limit, the part that is noise shrinks with the root of the number of pixels; the rest does not.
+            const int fixed = settings_.limit_floor + (mean_.row(y)[x] >> 6);
+            const int noise = std::max(limit_.row(y)[x] - fixed, 0);
+            if (std::abs(large) <= 25 * fixed + 5 * noise || std::abs(small) <= 9 * fixed + 3 * noise) continue;
+            if (result.mask.at(x, y)) continue;
+            result.mask.set(x, y);
+            if (large < 0) result.shadow.set(x, y);
+        }
+    }
+}
+
 void BackgroundModel::refresh(LumaView frame, const Foreground& foreground, const BitMask& keep) {
     const int words = keep.words();
     const int rows = refresh_rows();

@@ -12,7 +12,7 @@ namespace roomfix {
 struct BackgroundSettings {
     double limit_sigmas = 5;        // a pixel is foreground if it is off by more than this many standard deviations ...
     int limit_floor = 3;            // ... plus this many grey levels
-    double shadow_darkest = 0.35;   // a shadow leaves at least this part of the light
+    double shadow_darkest = 0.5;    // a shadow leaves at least this part of the grey level
     double largest_local_gain = 0.10;  // a block's gain may differ from the whole frame's by this part, else it is covered
     int refresh_passes = 64;        // frames that one pass of the selective refresh over the image takes
     int mean_shift = 2;             // each pass moves the mean by 1/4 of the difference
@@ -26,6 +26,7 @@ struct Foreground {
     std::vector<std::uint16_t> gain;  // frame / background light per block, 1024 = 1
     std::vector<float> ratios;        // working memory: measured light ratio per block
     std::vector<float> sorted;        // working memory
+    std::vector<int> sums;            // working memory
     float global_gain = 1;            // median over the blocks
     double covered = 0;               // part of the blocks whose light does not go with the rest: 0..1
 };
@@ -52,6 +53,10 @@ public:
 
     /// Splits a frame of the model's size. No allocation when `result` was used for this size before.
     void classify(LumaView frame, Foreground& result) const;
+
+    /// Adds what differs from the background too little for single pixels to tell: within the box (px, inclusive), means
+    /// over 5 x 5 and over 3 x 3 pixels must both differ by more than their own noise. Many times slower than classify().
+    void add_faint(LumaView frame, int left, int top, int right, int bottom, Foreground& result) const;
 
     /// Moves mean and noise of the next strip of rows towards the frame where `keep` is clear. Call once per frame.
     void refresh(LumaView frame, const Foreground& foreground, const BitMask& keep);

@@ -13,11 +13,13 @@ constexpr int longest_reach = 24;
 constexpr float darkest_background = 6;   // grey levels: below, the ratio says nothing
 constexpr float lit_tolerance = 0.04f;
 constexpr float darkest_shadow = 0.40f;   // in grey levels, i.e. after gamma
+constexpr float background_step = 0.15f;  // part of the light: a step in the empty room that may be something's border
 
 /// frame / (gain * background) along the profile; index 0 is the outermost.
 struct Profile {
     std::array<float, 2 * longest_reach + 1> ratio;
     std::array<float, 2 * longest_reach + 1> grey;  // the frame alone, relative to the background at the outline
+    std::array<float, 2 * longest_reach + 1> floor;  // the background alone, likewise
     int count = 0;
     int centre = 0;       // index of the predicted outline
     float noise = 0.02f;  // standard deviation of one value
@@ -46,6 +48,7 @@ Profile read_profile(const FrameEvidence& evidence, const Eigen::Vector2d& pixel
         const float floor = std::max(sample(mean, x, y) * gain, darkest_background);
         const float grey = sample(evidence.frame, x, y);
         profile.ratio[static_cast<std::size_t>(profile.count)] = grey / floor;
+        profile.floor[static_cast<std::size_t>(profile.count)] = floor / middle;
         profile.grey[static_cast<std::size_t>(profile.count++)] = grey / middle;
     }
     const int column = static_cast<int>(pixel.x());
@@ -82,8 +85,11 @@ EdgeReading read_edge(const FrameEvidence& evidence, const Eigen::Vector2d& pixe
         if (j > 2 && std::abs(contrast(j - 1)) > size) continue;
         if (j + 3 < profile.count && std::abs(contrast(j + 1)) >= size) continue;
         // A step of the ratio without one in the frame is the background's own: something as grey as what it covers.
-        const auto g = [&](int i) { return profile.grey[static_cast<std::size_t>(std::clamp(i, 0, profile.count - 1))]; };
-        if (std::abs(g(j - 2) + g(j - 3) - g(j + 2) - g(j + 3)) < size) continue;
+        const auto step = [&](const auto& values) {
+            const auto at = [&](int i) { return values[static_cast<std::size_t>(std::clamp(i, 0, profile.count - 1))]; };
+            return 0.5f * std::abs(at(j - 2) + at(j - 3) - at(j + 2) - at(j + 3));
+        };
+        if (2 * step(profile.grey) < size) continue;
         const float outside = level_outside(j);
         const bool lit = std::abs(outside - 1) < std::max(lit_tolerance, 3 * profile.noise);
         const bool flat = std::abs(r(j - 2) - r(std::max(j - 4, 0))) < std::max(0.05f, 4 * profile.noise);
@@ -102,6 +108,7 @@ EdgeReading read_edge(const FrameEvidence& evidence, const Eigen::Vector2d& pixe
                 reading.found = true;
                 reading.offset = offset;
                 reading.shadowed = shadowed;
+                reading.on_background_edge = step(profile.floor) > background_step;
                 reading.contrast = static_cast<double>(size);
                 reading.sigma = static_cast<double>(profile.noise / std::max(std::abs(a - b), 0.5f * threshold));
             }

@@ -14,6 +14,7 @@ namespace {
 using Vector4d = Eigen::Vector4d;
 using Matrix4d = Eigen::Matrix4d;
 constexpr int most_samples = 192;
+const double offset_scale = getenv("PO")?atof(getenv("PO")):1.5;
 
 /// A place on the predicted outline where the picture is asked for an edge.
 struct Sample {
@@ -196,17 +197,25 @@ void judge(const Samples& samples, OutlineFit& fit) {
     fit.total = samples.total;
     fit.visible = samples.count;
     fit.supported = fit.covered = fit.bare = 0;
+    int ambiguous = 0;
+    double support = 0;
     for (const Sample& s : samples.all()) {
         if (s.reading.found && std::abs(s.reading.offset) < 2.0) {
+            if (s.reading.on_background_edge) {
+                ++ambiguous;
+                continue;
+            }
             ++fit.supported;
+            support += 1 / (1 + s.reading.offset * s.reading.offset / (offset_scale * offset_scale));
         } else if (s.reading.inside_foreground && s.reading.outside_foreground) {
             ++fit.covered;
         } else if (!s.reading.inside_foreground && !s.reading.outside_foreground) {
             ++fit.bare;
         }
     }
-    const int conflicting = fit.visible - fit.supported - fit.covered - fit.bare;
-    fit.score = fit.visible > 0 ? (fit.supported - 0.7 * fit.covered - 0.2 * fit.bare - 0.4 * conflicting) / fit.visible : -1;
+    const int conflicting = fit.visible - fit.supported - fit.covered - fit.bare - ambiguous;
+    static const double A=getenv("PA")?atof(getenv("PA")):0.0, B=getenv("PB")?atof(getenv("PB")):0.2;
+    fit.score = fit.visible > 0 ? (support + A * ambiguous - 0.7 * fit.covered - B * fit.bare - 0.4 * conflicting) / fit.visible : -1;
 }
 
 void set_covariance(const Samples& samples, const View& view, const ShapePoints& shape, const OutlineFitSettings& settings,

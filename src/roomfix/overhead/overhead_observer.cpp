@@ -127,22 +127,62 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score) return best;
         }
     }
+    const Blob clearer = look_closer(evidence.frame, blob);
     // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
-    search_floor(masks_, view_, shape, blob, static_cast<std::size_t>(settings_.most_starts), starts_);
-    for (CoarsePose& start : starts_) start = climb(masks_, view_, shape, start, blob, 0.2 * shape.radius);
-    const Component& box = blob.component;
-    border_.compute(*masks_.foreground, box.left, box.top, box.right, box.bottom, 12);
-    search_outline(border_, view_, shape, starts_, static_cast<std::size_t>(2 * settings_.most_starts), outline_starts_);
+    const Component& box = clearer.component;
+    border_.compute(*masks_.foreground, *masks_.shadow, background_.mean(), box.left, box.top, box.right, box.bottom);
+    border_distance_.compute(border_, view_.model.width, view_.model.height, box.left, box.top, box.right, box.bottom, 12);
+    search_outline(border_distance_, view_, shape, floor_under(view_, shape, clearer), static_cast<std::size_t>(settings_.most_glances), outline_starts_);
+    glances_.clear();
+    OutlineFitSettings glance = settings_.fit;
+    glance.samples = 40;
+    glance.rounds = 3;
+    glance.first_reach = 8;
+    for (const OutlineStart& start : outline_starts_) {
+        const OutlineFit seen = fit_outline(evidence, view_, shape, start.pose, {}, glance);
+        if (!seen.determined) continue;
+        static const double UG=getenv("PUG")?atof(getenv("PUG")):1.0;
+        glances_.push_back({seen.pose, seen.score - UG * border_.unexplained(seen.silhouette)});
+    }
+    std::sort(glances_.begin(), glances_.end(), [](const OutlineStart& a, const OutlineStart& b) { return a.support > b.support; });
     OutlineFitSettings close = settings_.fit;
     close.first_reach = 6;
     close.first_scale = 2;
-    for (const OutlineStart& start : outline_starts_) {
-        const OutlineFit fit = fit_outline(evidence, view_, shape, start.pose, {}, close);
-        if (fit.score <= best.fit.score) continue;
+    int tried = 0;
+    double best_quality = -10;
+    for (std::size_t i = 0; i < glances_.size() && tried < settings_.most_starts; ++i) {
+        const Pose2& pose = glances_[i].pose;
+        const bool again = std::any_of(glances_.begin(), glances_.begin() + static_cast<std::ptrdiff_t>(i), [&](const OutlineStart& g) {
+            const double turned = shape.round() ? 0 : std::abs(std::remainder(g.pose.yaw - pose.yaw, shape.symmetry));
+            return std::hypot(g.pose.x - pose.x, g.pose.y - pose.y) < 0.05 * shape.radius && turned < 0.05;
+        });
+        if (again) continue;
+        ++tried;
+        const OutlineFit fit = fit_outline(evidence, view_, shape, pose, {}, close);
+        const CoarsePose coarse = coarse_agreement(masks_, view_, shape, fit.pose, clearer);
+        static const double W=getenv("PW")?atof(getenv("PW")):1.0, F=getenv("PF")?atof(getenv("PF")):0.0, U=getenv("PU")?atof(getenv("PU")):1.0;
+        const double area = std::max(coarse.inside.area, 1.0);
+        const double quality = fit.score - W * coarse.missing / area + F * coarse.filled() - U * border_.unexplained(fit.silhouette);
+        if (quality <= best_quality) continue;
+        best_quality = quality;
         best.fit = fit;
-        best.coarse = coarse_agreement(masks_, view_, shape, fit.pose, blob);
+        best.coarse = coarse;
     }
     return best;
+}
+
+/// Adds what is faint around the blob to the foreground, and measures the blob anew.
+Blob OverheadObserver::look_closer(LumaView frame, const Blob& blob) {
+    Component box = blob.component;
+    const int margin = 8 + std::max(box.right - box.left, box.bottom - box.top) / 4;
+    box.left = std::max(box.left - margin, 0);
+    box.top = std::max(box.top - margin, 0);
+    box.right = std::min(box.right + margin, frame.width - 1);
+    box.bottom = std::min(box.bottom + margin, frame.height - 1);
+    background_.add_faint(frame, box.left, box.top, box.right, box.bottom, foreground_);
+    open(foreground_.mask, scratch_);
+    close(foreground_.mask, scratch_);
+    return measure_blob(masks_, box);
 }
 
 /// People and loads have no exact outline: the place whose silhouette covers the most foreground.

@@ -25,7 +25,8 @@ struct OverheadSettings {
     double least_in_picture = 0.5; // part of a soft target's silhouette that must be in the picture
     double least_left = 0.2;       // part of a silhouette that must be unexplained foreground to look for another robot
     int most_blobs = 32;
-    int most_starts = 6;           // outline fits tried where the first guess is not good enough
+    int most_glances = 80;         // places looked at where the first guess is not good enough
+    int most_starts = 12;          // of these, fitted in full
 };
 
 /// What one frame shows.
@@ -66,6 +67,7 @@ private:
     void explain(const FrameEvidence& evidence, const Component& component);
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
+    Blob look_closer(LumaView frame, const Blob& blob);
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     OutlineFit fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const;
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
@@ -96,8 +98,10 @@ private:
     BitMask keep_;
     ComponentFinder finder_;
     std::vector<CoarsePose> starts_;
-    BorderDistance border_;
+    ForegroundBorder border_;
+    BorderDistance border_distance_;
     std::vector<OutlineStart> outline_starts_;
+    std::vector<OutlineStart> glances_;
     std::vector<Found> found_;
     std::vector<Silhouette> others_;
 };

@@ -98,29 +98,34 @@ CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoin
     return best;
 }
 
-void search_floor(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob, std::size_t most,
-                  std::vector<CoarsePose>& found) {
-    found.clear();
-    // The floor under the blob: its box's corners and middles, seen at floor level and at the robot's top.
-    Eigen::Vector2d low(1e9, 1e9);
-    Eigen::Vector2d high(-1e9, -1e9);
+FloorRectangle floor_under(const View& view, const ShapePoints& shape, const Blob& blob) {
+    // The blob's box's corners and middles, seen at floor level and at the robot's top.
+    FloorRectangle floor{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
     for (int i = 0; i < 9; ++i) {
         const double u = blob.component.left + 0.5 * (i % 3) * (blob.component.right - blob.component.left);
         const double v = blob.component.top + 0.5 * (i / 3) * (blob.component.bottom - blob.component.top);
         for (const double z : {0.0, shape.height}) {
             const auto p = pixel_to_plane(view, {u, v}, z);
             if (!p) continue;
-            low = low.cwiseMin(p->point);
-            high = high.cwiseMax(p->point);
+            floor.low = floor.low.cwiseMin(p->point);
+            floor.high = floor.high.cwiseMax(p->point);
         }
     }
-    if (low.x() > high.x()) return;
-    const Eigen::Vector2d middle = 0.5 * (low + high);
-    const Eigen::Vector2d extent = (0.5 * (high - low)).cwiseMin(12 * shape.radius);
+    if (floor.empty()) return floor;
+    const Eigen::Vector2d middle = 0.5 * (floor.low + floor.high);
+    const Eigen::Vector2d extent = (0.5 * (floor.high - floor.low)).cwiseMin(12 * shape.radius);
+    return {middle - extent, middle + extent};
+}
+
+void search_floor(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob, std::size_t most,
+                  std::vector<CoarsePose>& found) {
+    found.clear();
+    const FloorRectangle floor = floor_under(view, shape, blob);
+    if (floor.empty()) return;
     const double step = 0.4 * shape.radius;
     const int turns = shape.round() ? 1 : (shape.symmetry < 2 ? 4 : 6);
-    for (double y = middle.y() - extent.y(); y <= middle.y() + extent.y(); y += step) {
-        for (double x = middle.x() - extent.x(); x <= middle.x() + extent.x(); x += step) {
+    for (double y = floor.low.y(); y <= floor.high.y(); y += step) {
+        for (double x = floor.low.x(); x <= floor.high.x(); x += step) {
             CoarsePose best;
             for (int turn = 0; turn < turns; ++turn) {
                 const CoarsePose next = coarse_agreement(masks, view, shape, {x, y, shape.symmetry * turn / turns}, blob);

@@ -48,6 +48,14 @@ std::optional<Pose2> place_from_centroid(const View& view, const ShapePoints& sh
 CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, CoarsePose start, const Blob& blob,
                  double first_step);
 
+/// A rectangle of floor along the map's axes, m. Empty: low > high.
+struct FloorRectangle {
+    Eigen::Vector2d low, high;
+    bool empty() const { return low.x() > high.x(); }
+};
+/// All the floor that the blob can stand on.
+FloorRectangle floor_under(const View& view, const ShapePoints& shape, const Blob& blob);
+
 /// The best poses over all the floor that the blob can stand on, best first, at least half a radius apart or differently
 /// turned; at most `most`. `found` is reused memory.
 void search_floor(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob, std::size_t most,
