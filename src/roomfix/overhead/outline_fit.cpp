@@ -14,7 +14,10 @@ namespace {
 using Vector4d = Eigen::Vector4d;
 using Matrix4d = Eigen::Matrix4d;
 constexpr int most_samples = 192;
-const double offset_scale = getenv("PO")?atof(getenv("PO")):1.5;
+// A body larger by some length has each of its sides farther out by half of that. Half of this variance is common to all
+// sides (the whole body is larger), half is each side's own.
+constexpr double size_share = 0.5 * 0.7071;
+constexpr double offset_scale = 1.0;  // px: an edge so far off the outline counts half
 
 /// A place on the predicted outline where the picture is asked for an edge.
 struct Sample {
@@ -101,7 +104,7 @@ double reading_sigma(const Sample& s, const OutlineFitSettings& settings) {
 
 /// Variance of the error that all readings of an edge share.
 double common_variance(const Sample& s, const ShapePoints& shape, const OutlineFitSettings& settings) {
-    const double size = 0.5 * shape.size_sigma * s.scale;
+    const double size = size_share * shape.size_sigma * s.scale;
     const double floor = s.on_floor ? settings.floor_noise : 0;
     const double shadow = s.reading.shadowed ? 2 * settings.common_noise : 0;
     // A level that is off by some part of the light moves an edge the farther, the weaker it is; it is two pixels wide.
@@ -125,7 +128,10 @@ struct Normal {
 Normal accumulate(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, const Vector4d& state,
                   double robust_scale) {
     Normal normal{Matrix4d::Zero(), Vector4d::Zero(), Eigen::Matrix<double, 4, 6>::Zero()};
-    normal.information(3, 3) = 1 / (settings.inset_noise * settings.inset_noise);
+    double scale = 0;
+    for (const Sample& s : samples.all()) scale += s.scale / samples.count;
+    const double inset = std::hypot(settings.inset_noise, size_share * shape.size_sigma * scale);
+    normal.information(3, 3) = 1 / (inset * inset);
     normal.gradient[3] = -state[3] * normal.information(3, 3);
     const auto all = samples.all();
     for (std::size_t first = 0; first < all.size();) {
@@ -196,13 +202,12 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
 void judge(const Samples& samples, OutlineFit& fit) {
     fit.total = samples.total;
     fit.visible = samples.count;
-    fit.supported = fit.covered = fit.bare = 0;
-    int ambiguous = 0;
+    fit.supported = fit.covered = fit.bare = fit.ambiguous = 0;
     double support = 0;
     for (const Sample& s : samples.all()) {
         if (s.reading.found && std::abs(s.reading.offset) < 2.0) {
             if (s.reading.on_background_edge) {
-                ++ambiguous;
+                ++fit.ambiguous;
                 continue;
             }
             ++fit.supported;
@@ -213,9 +218,8 @@ void judge(const Samples& samples, OutlineFit& fit) {
             ++fit.bare;
         }
     }
-    const int conflicting = fit.visible - fit.supported - fit.covered - fit.bare - ambiguous;
-    static const double A=getenv("PA")?atof(getenv("PA")):0.0, B=getenv("PB")?atof(getenv("PB")):0.2;
-    fit.score = fit.visible > 0 ? (support + A * ambiguous - 0.7 * fit.covered - B * fit.bare - 0.4 * conflicting) / fit.visible : -1;
+    const int conflicting = fit.visible - fit.supported - fit.covered - fit.bare - fit.ambiguous;
+    fit.score = fit.visible > 0 ? (support - 0.7 * fit.covered - 0.15 * fit.bare - 0.4 * conflicting) / fit.visible : -1;
 }
 
 void set_covariance(const Samples& samples, const View& view, const ShapePoints& shape, const OutlineFitSettings& settings,

@@ -21,10 +21,10 @@ struct FrameEvidence {
 struct OutlineFitSettings {
     int samples = 96;               // at most this many along the outline
     double edge_noise = 0.10;       // px, of one edge sample on top of the pixel noise: interpolation, small structure
-    double common_noise = 0.12;     // px, shared by all samples of one edge: blur, gamma, rounded edges
-    double disturbance = 0.05;      // part of the floor's light by which shading and reflections move an edge's levels
-    double inset_noise = 0.25;      // px, shared by the whole outline: bright sides look larger than they are
-    double floor_noise = 0.10;      // px, more for the edges on the floor: contact shadow and reflection
+    double common_noise = 0.06;     // px, shared by all samples of one edge: blur, gamma, rounded edges
+    double disturbance = 0.02;      // part of the floor's light by which shading and reflections move an edge's levels
+    double inset_noise = 0.12;      // px, shared by the whole outline: bright sides look larger than they are
+    double floor_noise = 0.05;      // px, more for the edges on the floor: contact shadow and reflection
     int first_reach = 10;           // px to both sides of the outline in the first round
     int last_reach = 4;             // px in the last round
     double first_scale = 4;         // px: readings off by more lose their say, in the first round
@@ -41,6 +41,7 @@ struct OutlineFit {
     int supported = 0;      // samples with an edge where the outline says
     int covered = 0;        // samples with foreground on both sides: the robot does not end here
     int bare = 0;           // samples with background on both sides: hidden, or not there
+    int ambiguous = 0;      // samples with an edge that may as well be the border of something in front
     int total = 0;          // samples along the whole outline
     double residual = 0;    // rms of the supported samples in their standard deviations
     double score = 0;       // -1..1: how well the picture agrees

@@ -127,47 +127,13 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score) return best;
         }
     }
-    const Blob clearer = look_closer(evidence.frame, blob);
     // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
-    const Component& box = clearer.component;
-    border_.compute(*masks_.foreground, *masks_.shadow, background_.mean(), box.left, box.top, box.right, box.bottom);
-    border_distance_.compute(border_, view_.model.width, view_.model.height, box.left, box.top, box.right, box.bottom, 12);
-    search_outline(border_distance_, view_, shape, floor_under(view_, shape, clearer), static_cast<std::size_t>(settings_.most_glances), outline_starts_);
-    glances_.clear();
-    OutlineFitSettings glance = settings_.fit;
-    glance.samples = 40;
-    glance.rounds = 3;
-    glance.first_reach = 8;
-    for (const OutlineStart& start : outline_starts_) {
-        const OutlineFit seen = fit_outline(evidence, view_, shape, start.pose, {}, glance);
-        if (!seen.determined) continue;
-        static const double UG=getenv("PUG")?atof(getenv("PUG")):1.0;
-        glances_.push_back({seen.pose, seen.score - UG * border_.unexplained(seen.silhouette)});
-    }
-    std::sort(glances_.begin(), glances_.end(), [](const OutlineStart& a, const OutlineStart& b) { return a.support > b.support; });
-    OutlineFitSettings close = settings_.fit;
-    close.first_reach = 6;
-    close.first_scale = 2;
-    int tried = 0;
-    double best_quality = -10;
-    for (std::size_t i = 0; i < glances_.size() && tried < settings_.most_starts; ++i) {
-        const Pose2& pose = glances_[i].pose;
-        const bool again = std::any_of(glances_.begin(), glances_.begin() + static_cast<std::ptrdiff_t>(i), [&](const OutlineStart& g) {
-            const double turned = shape.round() ? 0 : std::abs(std::remainder(g.pose.yaw - pose.yaw, shape.symmetry));
-            return std::hypot(g.pose.x - pose.x, g.pose.y - pose.y) < 0.05 * shape.radius && turned < 0.05;
-        });
-        if (again) continue;
-        ++tried;
-        const OutlineFit fit = fit_outline(evidence, view_, shape, pose, {}, close);
-        const CoarsePose coarse = coarse_agreement(masks_, view_, shape, fit.pose, clearer);
-        static const double W=getenv("PW")?atof(getenv("PW")):1.0, F=getenv("PF")?atof(getenv("PF")):0.0, U=getenv("PU")?atof(getenv("PU")):1.0;
-        const double area = std::max(coarse.inside.area, 1.0);
-        const double quality = fit.score - W * coarse.missing / area + F * coarse.filled() - U * border_.unexplained(fit.silhouette);
-        if (quality <= best_quality) continue;
-        best_quality = quality;
-        best.fit = fit;
-        best.coarse = coarse;
-    }
+    const Blob clearer = look_closer(evidence.frame, blob);
+    const Pose2 guess = best.fit.determined ? best.fit.pose : best.coarse.pose;
+    const auto found = place_search_.find(evidence, masks_, view_, shape, clearer, guess, settings_.fit, settings_.search);
+    if (!found.fit.determined) return best;
+    best.coarse = found.coarse;
+    best.fit = found.fit;
     return best;
 }
 
@@ -282,7 +248,7 @@ bool OverheadObserver::acceptable(const Found& found) const {
     if (fit.visible < settings_.least_visible * fit.total) return false;
     if (fit.score >= settings_.least_score) return true;
     // Partly hidden: much of the outline is bare, but what shows agrees, and no foreground is left over.
-    const double shown = fit.visible - fit.bare;
+    const double shown = fit.visible - fit.bare - fit.ambiguous;
     return fit.supported >= settings_.least_hidden * fit.visible && fit.supported >= 0.65 * shown &&
            found.coarse.missing < 0.15 * found.coarse.inside.foreground;
 }

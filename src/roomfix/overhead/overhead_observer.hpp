@@ -8,7 +8,7 @@
 #include "roomfix/imaging/components.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/outline_fit.hpp"
-#include "roomfix/overhead/outline_search.hpp"
+#include "roomfix/overhead/place_search.hpp"
 #include "roomfix/overhead/robot_search.hpp"
 
 namespace roomfix {
@@ -16,17 +16,17 @@ namespace roomfix {
 struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
+    PlaceSearchSettings search;
     double least_score = 0.40;     // of an outline fit, to be a fix
     double sure_score = 0.90;      // above, no other distance from the camera is tried
     double good_score = 0.60;      // above, no other place is tried
-    double least_hidden = 0.28;    // part of the outline that must agree where the rest is hidden
+    double least_hidden = 0.24;    // part of the outline that must agree where the rest is hidden
     double least_visible = 0.25;   // part of the outline in view
     double least_filled = 0.42;    // part of the silhouette that is foreground, for many soft targets
     double least_in_picture = 0.5; // part of a soft target's silhouette that must be in the picture
     double least_left = 0.2;       // part of a silhouette that must be unexplained foreground to look for another robot
     int most_blobs = 32;
-    int most_glances = 80;         // places looked at where the first guess is not good enough
-    int most_starts = 12;          // of these, fitted in full
+    int most_starts = 6;           // places of a soft target climbed from
 };
 
 /// What one frame shows.
@@ -98,10 +98,7 @@ private:
     BitMask keep_;
     ComponentFinder finder_;
     std::vector<CoarsePose> starts_;
-    ForegroundBorder border_;
-    BorderDistance border_distance_;
-    std::vector<OutlineStart> outline_starts_;
-    std::vector<OutlineStart> glances_;
+    PlaceSearch place_search_;
     std::vector<Found> found_;
     std::vector<Silhouette> others_;
 };

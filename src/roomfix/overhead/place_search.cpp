@@ -1,0 +1,88 @@
+#include "roomfix/overhead/place_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+constexpr double same_place = 0.05;  // of the body's radius, and in radians
+
+/// Pose b seen from pose a: m, m, rad; the yaw modulo the shape's symmetry.
+Eigen::Vector3d difference(const Pose2& a, const Pose2& b, const ShapePoints& shape) {
+    return {b.x - a.x, b.y - a.y, shape.round() ? 0 : std::remainder(b.yaw - a.yaw, shape.symmetry)};
+}
+
+}  // namespace
+
+PlaceSearch::Result PlaceSearch::find(const FrameEvidence& evidence, const ForegroundMasks& masks, const View& view,
+                                      const ShapePoints& shape, const Blob& blob, const Pose2& guess,
+                                      const OutlineFitSettings& fit_settings, const PlaceSearchSettings& settings) {
+    const Component& box = blob.component;
+    border_.compute(*masks.foreground, *masks.shadow, evidence.background->mean(), box.left, box.top, box.right, box.bottom);
+    border_distance_.compute(border_, evidence.frame.width, evidence.frame.height, box.left, box.top, box.right, box.bottom, 12);
+    search_outline(border_distance_, view, shape, floor_under(view, shape, blob), static_cast<std::size_t>(settings.most_glances), starts_);
+    starts_.push_back({guess, 0});
+    glance(evidence, view, shape, fit_settings, settings);
+
+    OutlineFitSettings close = fit_settings;
+    close.first_reach = 6;
+    close.first_scale = 2;
+    Result best;
+    Rival first;
+    rivals_.clear();
+    for (const OutlineStart& start : glances_) {
+        const OutlineFit fit = fit_outline(evidence, view, shape, start.pose, {}, close);
+        if (!fit.determined) continue;
+        const CoarsePose coarse = coarse_agreement(masks, view, shape, fit.pose, blob);
+        const double missing = coarse.missing / std::max(coarse.inside.area, 1.0);
+        const double quality =
+            fit.score - settings.missing_cost * missing - settings.unexplained_cost * border_.unexplained(fit.silhouette);
+        rivals_.push_back({fit.pose, fit.covariance, quality});
+        if (rivals_.size() > 1 && quality <= first.quality) continue;
+        first = rivals_.back();
+        best = {fit, coarse};
+    }
+    if (!rivals_.empty()) best.fit.covariance = covariance_around(first, shape, settings.doubt);
+    return best;
+}
+
+/// Fits in a hurry at all starts, and keeps the best of the different places that this leads to.
+void PlaceSearch::glance(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFitSettings& fit_settings,
+                         const PlaceSearchSettings& settings) {
+    OutlineFitSettings hurried = fit_settings;
+    hurried.samples = 40;
+    hurried.rounds = 3;
+    hurried.first_reach = 8;
+    glances_.clear();
+    for (const OutlineStart& start : starts_) {
+        const OutlineFit seen = fit_outline(evidence, view, shape, start.pose, {}, hurried);
+        if (!seen.determined) continue;
+        glances_.push_back({seen.pose, seen.score - settings.unexplained_cost * border_.unexplained(seen.silhouette)});
+    }
+    std::sort(glances_.begin(), glances_.end(), [](const OutlineStart& a, const OutlineStart& b) { return a.support > b.support; });
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < glances_.size() && kept < static_cast<std::size_t>(settings.most_fits); ++i) {
+        const bool seen_before = std::any_of(glances_.begin(), glances_.begin() + static_cast<std::ptrdiff_t>(kept), [&](const OutlineStart& g) {
+            const Eigen::Vector3d d = difference(g.pose, glances_[i].pose, shape);
+            return d.head<2>().norm() < same_place * shape.radius && std::abs(d.z()) < same_place;
+        });
+        if (!seen_before) glances_[kept++] = glances_[i];
+    }
+    glances_.resize(kept);
+}
+
+/// Covariance about the best place of the mixture of all places.
+Eigen::Matrix3d PlaceSearch::covariance_around(const Rival& best, const ShapePoints& shape, double doubt) const {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    double weights = 0;
+    for (const Rival& rival : rivals_) {
+        const double weight = std::exp((rival.quality - best.quality) / doubt);
+        const Eigen::Vector3d off = difference(best.pose, rival.pose, shape);
+        sum += weight * (rival.covariance + off * off.transpose());
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+}  // namespace roomfix
