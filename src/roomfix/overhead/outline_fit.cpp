@@ -17,7 +17,6 @@ constexpr int most_samples = 192;
 // A body larger by some length has each of its sides farther out by half of that. Half of this variance is common to all
 // sides (the whole body is larger), half is each side's own.
 constexpr double size_share = 0.5 * 0.7071;
-constexpr double offset_scale = 1.0;  // px: an edge so far off the outline counts half
 
 /// A place on the predicted outline where the picture is asked for an edge.
 struct Sample {
@@ -199,19 +198,20 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
 }
 
 /// Counts what the readings say at the final pose.
-void judge(const Samples& samples, OutlineFit& fit) {
+void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
     fit.total = samples.total;
     fit.visible = samples.count;
     fit.supported = fit.covered = fit.bare = fit.ambiguous = 0;
     double support = 0;
     for (const Sample& s : samples.all()) {
-        if (s.reading.found && std::abs(s.reading.offset) < 2.0) {
+        const double usual = std::hypot(1.0, shape.size_sigma * s.scale);  // px: an edge so far off the outline counts half
+        if (s.reading.found && std::abs(s.reading.offset) < 2 * usual) {
             if (s.reading.on_background_edge) {
                 ++fit.ambiguous;
                 continue;
             }
             ++fit.supported;
-            support += 1 / (1 + s.reading.offset * s.reading.offset / (offset_scale * offset_scale));
+            support += 1 / (1 + s.reading.offset * s.reading.offset / (usual * usual));
         } else if (s.reading.inside_foreground && s.reading.outside_foreground) {
             ++fit.covered;
         } else if (!s.reading.inside_foreground && !s.reading.outside_foreground) {
@@ -269,7 +269,7 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
         fit.pose.yaw += std::clamp(step[2], -0.5, 0.5);
         if (progress >= 1 && step.head<2>().norm() < 5e-4 && std::abs(step[2]) < 1e-3) break;
     }
-    judge(samples, fit);
+    judge(samples, shape, fit);
     set_covariance(samples, view, shape, settings, inset, fit);
     fit.pose.yaw = wrap_angle(fit.pose.yaw);
     return fit;
@@ -284,7 +284,7 @@ OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const Shape
     Samples samples;
     place_samples(evidence, view, shape, pose, fit.silhouette, {}, settings, samples);
     read_edges(evidence, settings.last_reach, samples);
-    judge(samples, fit);
+    judge(samples, shape, fit);
     OutlineFitSettings coarse = settings;
     coarse.common_noise = std::max(1.0, 0.12 * std::sqrt(polygon_area(fit.silhouette.polygon())));
     coarse.edge_noise = coarse.common_noise;
