@@ -13,13 +13,9 @@ constexpr double soft_size = 0.05;  // m: targets that come in any number, such 
 
 /// True if the silhouette's box and the component's overlap.
 bool touches(const Silhouette& silhouette, const Component& component) {
-    Eigen::Vector2d low(1e9, 1e9);
-    Eigen::Vector2d high(-1e9, -1e9);
-    for (const auto& p : silhouette.polygon()) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-    }
-    return low.x() <= component.right && high.x() >= component.left && low.y() <= component.bottom && high.y() >= component.top;
+    const PixelBox box = box_around(silhouette.polygon());
+    return box.low.x() <= component.right && box.high.x() >= component.left && box.low.y() <= component.bottom &&
+           box.high.y() >= component.top;
 }
 
 }  // namespace
@@ -123,7 +119,7 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
         const bool too_small = best.coarse.inside.area > 0 && blob.certain + blob.shadow < 0.1 * best.coarse.inside.area;
         if (too_small) return best;
         if (best.coarse.filled() > 0.7 && best.coarse.missing < 0.2 * best.coarse.inside.area) {
-            best.fit = fit_from(evidence, shape, best.coarse.pose);
+            best.fit = fit_outline(evidence, view_, shape, best.coarse.pose, {}, settings_.fit);
             if (best.fit.score > settings_.good_score) return best;
         }
     }
@@ -165,27 +161,6 @@ OverheadObserver::Found OverheadObserver::best_area(const FrameEvidence& evidenc
     // A speck beside a person is not a person, whoever else its neighbourhood shows.
     const bool enough = blob.certain + blob.shadow > settings_.least_left * best.coarse.inside.area;
     if (enough && best.coarse.silhouette.valid()) best.fit = fit_area(evidence, view_, shape, best.coarse.pose, settings_.fit);
-    return best;
-}
-
-/// The best outline fit from a coarse pose. The foreground's area is a poor judge of depth (a grey top on a grey wall is
-/// missing, a shadow is too much), so places nearer and farther along the line of sight are tried where the first one is
-/// not convincing.
-OutlineFit OverheadObserver::fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const {
-    OutlineFit best = fit_outline(evidence, view_, shape, start, {}, settings_.fit);
-    const Eigen::Vector2d sight = (Eigen::Vector2d(start.x, start.y) - view_.position().head<2>()).normalized();
-    OutlineFitSettings glance = settings_.fit;
-    glance.samples = 32;
-    glance.rounds = 3;
-    for (const double step : {0.35, -0.3, 0.7}) {
-        if (best.score > settings_.sure_score) break;
-        const Eigen::Vector2d shift = step * shape.radius * sight;
-        const OutlineFit seen = fit_outline(evidence, view_, shape, {start.x + shift.x(), start.y + shift.y(), start.yaw}, {}, glance);
-        if (seen.score < best.score - 0.15) continue;
-        if (std::hypot(seen.pose.x - best.pose.x, seen.pose.y - best.pose.y) < 0.05 * shape.radius) continue;  // the same place again
-        const OutlineFit next = fit_outline(evidence, view_, shape, seen.pose, {}, settings_.fit);
-        if (next.score > best.score) best = next;
-    }
     return best;
 }
 
@@ -280,15 +255,26 @@ std::string OverheadObserver::reason_for_nothing(const std::vector<Component>& c
     return fmt::format("what differs from the background ({} pixels) has not the outline of a robot of this site", components[0].area);
 }
 
-/// Where nothing differs, mean and noise follow the picture. Every eighth pass takes in what differs but is no robot, so
-/// that a moved chair becomes background in the end.
+/// Marks a silhouette with half its size around it.
+void OverheadObserver::keep_around(const Silhouette& silhouette) {
+    const PixelBox box = box_around(silhouette.polygon());
+    const Eigen::Vector2d margin = 0.5 * (box.high - box.low);
+    const int left = static_cast<int>(std::clamp(box.low.x() - margin.x(), 0.0, 1e6));
+    const int right = static_cast<int>(std::clamp(box.high.x() + margin.x(), -1.0, 1e6));
+    const int top = static_cast<int>(std::clamp(box.low.y() - margin.y(), 0.0, 1e6));
+    const int bottom = static_cast<int>(std::clamp(box.high.y() + margin.y(), -1.0, keep_.height() - 1.0));
+    for (int y = top; y <= bottom; ++y) keep_.set_run(y, left, right + 1);
+}
+
+/// Where nothing differs, mean and noise follow the picture. Every eighth pass takes in what differs but is no robot, nor near
+/// one, so that a moved chair becomes background in the end, but a robot's shadow does not.
 void OverheadObserver::refresh_background(LumaView frame) {
     if (learning_) return;
     if (keep_.width() != frame.width || keep_.height() != frame.height) keep_.resize(frame.width, frame.height);
     const BitMask* keep = &foreground_.mask;
     if (background_.passes() % 8 == 7) {
         keep_.clear();
-        for (const Found& found : found_) fill_region(keep_, found.fit.silhouette.polygon());
+        for (const Found& found : found_) keep_around(found.fit.silhouette);
         keep = &keep_;
     }
     const int first = background_.refresh_first();

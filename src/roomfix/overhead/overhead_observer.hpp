@@ -18,7 +18,6 @@ struct OverheadSettings {
     OutlineFitSettings fit;
     PlaceSearchSettings search;
     double least_score = 0.40;     // of an outline fit, to be a fix
-    double sure_score = 0.90;      // above, no other distance from the camera is tried
     double good_score = 0.60;      // above, no other place is tried
     double least_hidden = 0.24;    // part of the outline that must agree where the rest is hidden
     double least_visible = 0.25;   // part of the outline in view
@@ -69,7 +68,6 @@ private:
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
     Blob look_closer(LumaView frame, const Blob& blob);
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
-    OutlineFit fit_from(const FrameEvidence& evidence, const ShapePoints& shape, const Pose2& start) const;
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
     void remove_from_remaining(Found& found);
     void refit_together(const FrameEvidence& evidence);
@@ -77,6 +75,7 @@ private:
     bool available(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
     std::string reason_for_nothing(const std::vector<Component>& components) const;
+    void keep_around(const Silhouette& silhouette);
     void refresh_background(LumaView frame);
 
     View view_;

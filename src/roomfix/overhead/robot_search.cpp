@@ -16,13 +16,8 @@ constexpr double shadow_outside = 0.05;
 constexpr int rows_looked_at = 24;  // of a silhouette: enough for a coarse pose
 
 int row_step(const Silhouette& silhouette) {
-    double top = 1e9;
-    double bottom = -1e9;
-    for (const auto& p : silhouette.polygon()) {
-        top = std::min(top, p.y());
-        bottom = std::max(bottom, p.y());
-    }
-    return std::max(1, static_cast<int>((bottom - top) / rows_looked_at));
+    const PixelBox box = box_around(silhouette.polygon());
+    return std::max(1, static_cast<int>((box.high.y() - box.low.y()) / rows_looked_at));
 }
 
 }  // namespace

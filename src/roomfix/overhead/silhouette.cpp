@@ -107,6 +107,15 @@ Silhouette project_silhouette(const View& view, const ShapePoints& shape, const 
     return silhouette;
 }
 
+PixelBox box_around(std::span<const Eigen::Vector2d> polygon) {
+    PixelBox box{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
+    for (const auto& p : polygon) {
+        box.low = box.low.cwiseMin(p);
+        box.high = box.high.cwiseMax(p);
+    }
+    return box;
+}
+
 double polygon_area(std::span<const Eigen::Vector2d> polygon) {
     double twice = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -38,6 +38,12 @@ struct Silhouette {
     std::span<const Eigen::Vector2d> polygon() const { return {corners.data(), static_cast<std::size_t>(count)}; }
 };
 
+/// The smallest upright rectangle around an outline, px.
+struct PixelBox {
+    Eigen::Vector2d low, high;
+};
+PixelBox box_around(std::span<const Eigen::Vector2d> polygon);
+
 /// A point of the body in the map.
 Eigen::Vector3d body_point_map(const ShapePoints& shape, int index, const Pose2& pose);
 
