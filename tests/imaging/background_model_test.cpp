@@ -33,7 +33,7 @@ TEST(BackgroundRows, SimdAndScalarAgreeBitForBit) {
 
         const auto above = random_bytes(count, 0, 255, random);
         const auto below = random_bytes(count, 0, 255, random);
-        const simd::ShadowRow shadow{row, above.data(), below.data(), mean.data(), mean.data(), 22938, words * 64};
+        const simd::ShadowRow shadow{row, above.data(), below.data(), mean.data(), mean.data(), 22938};
         std::vector<std::uint64_t> c(gain.size()), d(gain.size());
         simd::shadow_row(shadow, 0, words, a.data(), c.data());
         scalar::shadow_row(shadow, 0, words, a.data(), d.data());

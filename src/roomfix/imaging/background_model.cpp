@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <span>
 
 #include "roomfix/imaging/background_rows.hpp"
 
@@ -32,6 +34,47 @@ private:
     int needed_;
     std::vector<std::uint8_t> copy_;
 };
+
+/// The part of a span that holds set bits.
+WordSpan used_words(const std::uint64_t* row, WordSpan span) {
+    while (span.first < span.last && !row[span.first]) ++span.first;
+    while (span.last > span.first && !row[span.last - 1]) --span.last;
+    return span;
+}
+
+/// Marks the words of a row that hold a part of three set bits side by side; beyond the image all bits count as set.
+void mark_thick(const std::uint64_t* row, WordSpan span, int width, std::span<std::uint64_t> marks) {
+    std::fill(marks.begin(), marks.end(), 0);
+    const auto mark = [&](int word) { marks[static_cast<std::size_t>(word >> 6)] |= 1ULL << (word & 63); };
+    const int last = (width - 1) >> 6;
+    for (int w = span.first; w < span.last; ++w) {
+        const std::uint64_t beyond = w == last && width % 64 ? ~0ULL << (width % 64) : 0;
+        const std::uint64_t word = row[w] | beyond;
+        const std::uint64_t next = w == last ? ~0ULL : row[w + 1];
+        if (w == 0 && (word & 3) == 3) mark(0);
+        const std::uint64_t starts = word & ((word >> 1) | (next << 63)) & ((word >> 2) | (next << 62));
+        if (!starts) continue;
+        mark(w);
+        if (starts >> 62 && w < last) mark(w + 1);
+    }
+}
+
+/// Calls visit(first, last) for each stretch of words first..last-1 that one of the two sets of marks holds.
+template <class Visit>
+void for_marked(const std::uint64_t* a, const std::uint64_t* b, int words, Visit visit) {
+    for (int w = 0; w < words;) {
+        const std::uint64_t group = (a[w >> 6] | b[w >> 6]) >> (w & 63);
+        if (!group) {
+            w = (w & ~63) + 64;
+            continue;
+        }
+        const int first = w + std::countr_zero(group);
+        int last = first;
+        while (last < words && ((a[last >> 6] | b[last >> 6]) >> (last & 63)) & 1U) ++last;
+        visit(first, last);
+        w = last;
+    }
+}
 
 }  // namespace
 
@@ -68,7 +111,8 @@ void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     for (int by = 0; by < down; ++by) {
         const int top = by * block_height;
         const int last = std::min(top + block_height, height()) - 1;
-        const std::array<int, 2> rows = {std::min(top + 8, last), std::min(top + 24, last)};
+        // Rows that classify_solid() reads as well.
+        const std::array<int, 2> rows = {std::min((top + 8) / 3 * 3 + 1, last), std::min((top + 23) / 3 * 3 + 1, last)};
         const std::array<const std::uint8_t*, 2> seen = {upper(rows[0]), lower(rows[1])};
         for (int first = 0; first < across; first += 1024) {
             const int words = std::min(across - first, 1024);
@@ -114,12 +158,17 @@ void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     result.covered = static_cast<double>(covered) / static_cast<double>(count);
 }
 
-void BackgroundModel::classify(LumaView frame, Foreground& result) const {
+void BackgroundModel::prepare(LumaView frame, Foreground& result) const {
     if (result.mask.width() != width() || result.mask.height() != height()) {
         result.mask.resize(width(), height());
         result.shadow.resize(width(), height());
+        result.scratch.resize(width(), height());
     }
     estimate_gain(frame, result);
+}
+
+void BackgroundModel::classify(LumaView frame, Foreground& result) const {
+    prepare(frame, result);
     const int words = result.mask.words();
     PaddedRow padded(frame, words);
     for (int y = 0; y < height(); ++y) {
@@ -127,13 +176,56 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
         std::uint64_t* row = result.mask.row(y);
         simd::classify_row({padded(y), mean_.row(y), limit_.row(y), gain, words, mean_.view().stride}, row);
         row[words - 1] &= result.mask.tail();
-        WordSpan span{0, words};
-        while (span.first < span.last && !row[span.first]) ++span.first;
-        while (span.last > span.first && !row[span.last - 1]) --span.last;
-        result.mask.span(y) = span;
+        result.mask.span(y) = used_words(row, {0, words});
     }
+    find_shadow(frame, result);
+}
 
+void BackgroundModel::classify_solid(LumaView frame, Foreground& result) const {
+    prepare(frame, result);
+    BitMask& mask = result.mask;
+    const int words = mask.words();
+    const std::size_t groups = static_cast<std::size_t>(words + 63) / 64;
+    result.thick.assign(2 * groups, 0);
+    std::uint64_t* above = result.thick.data();
+    std::uint64_t* below = above + groups;
+    PaddedRow padded(frame, words);
+    const auto row_at = [&](int y, int first, int count) {
+        const std::ptrdiff_t x = std::ptrdiff_t{first} * 64;
+        const std::uint16_t* gain = result.gain.data() + (y / block_height) * blocks_x() + first;
+        return BackgroundRow{padded(y) + x, mean_.row(y) + x, limit_.row(y) + x, gain, count, 3 * mean_.view().stride};
+    };
+    // Rows 1, 4, 7, ... are looked at whole, and the last one: the image's border counts as foreground for opening.
+    for (int done = 0; done < height();) {
+        const int whole = std::min(done + (done == 0 ? 1 : 2), height() - 1);
+        std::uint64_t* row = mask.row(whole);
+        simd::classify_row(row_at(whole, 0, words), row);
+        row[words - 1] &= mask.tail();
+        mask.span(whole) = used_words(row, {0, words});
+        mark_thick(row, mask.span(whole), width(), {below, groups});
+        for (int y = done; y < whole; ++y) {
+            std::uint64_t* between = mask.row(y);
+            WordSpan& span = mask.span(y);
+            std::fill(between + span.first, between + std::max(span.first, span.last), 0);
+            span = {};
+            for_marked(above, below, words, [&](int first, int last) {
+                simd::classify_row(row_at(y, first, last - first), between + first);
+                span = span.empty() ? WordSpan{first, last} : WordSpan{span.first, last};
+            });
+            between[words - 1] &= mask.tail();
+        }
+        done = whole + 1;
+        std::swap(above, below);
+    }
+    open(mask, result.scratch);
+    find_shadow(frame, result);
+}
+
+/// What of the foreground may be a shadow: darker, but not black, and no step that the background has not.
+void BackgroundModel::find_shadow(LumaView frame, Foreground& result) const {
+    const int words = result.mask.words();
     const auto darkest = static_cast<std::uint16_t>(std::lround(settings_.shadow_darkest * 65536));
+    PaddedRow padded(frame, words);
     PaddedRow above(frame, words);
     PaddedRow below(frame, words);
     result.shadow.clear();
@@ -143,7 +235,7 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
         const int up = std::max(y - 2, 0);
         const int down = std::min(y + 2, height() - 1);
         const simd::ShadowRow row{{padded(y), mean_.row(y), limit_.row(y), result.gain.data() + (y / block_height) * blocks_x(), words},
-                                  above(up), below(down), mean_.row(up), mean_.row(down), darkest, width()};
+                                  above(up), below(down), mean_.row(up), mean_.row(down), darkest};
         simd::shadow_row(row, span.first, span.last, result.mask.row(y), result.shadow.row(y));
         result.shadow.span(y) = span;
     }

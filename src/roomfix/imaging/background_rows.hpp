@@ -58,7 +58,6 @@ struct ShadowRow {
     const std::uint8_t* mean_above;
     const std::uint8_t* mean_below;
     std::uint16_t darkest;                // of 65536
-    int width;
 };
 void shadow_row(const ShadowRow& row, int first, int last, const std::uint64_t* foreground, std::uint64_t* shadow);
 void block_sums(const BlockRows& rows, PairSum* sums);

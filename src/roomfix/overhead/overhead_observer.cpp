@@ -70,8 +70,7 @@ void OverheadObserver::learn_from(LumaView frame) {
 }
 
 void OverheadObserver::find_foreground(LumaView frame) {
-    background_.classify(frame, foreground_);
-    open(foreground_.mask, scratch_);
+    background_.classify_solid(frame, foreground_);
     close(foreground_.mask, scratch_);
 }
 
