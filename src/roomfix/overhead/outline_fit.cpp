@@ -48,8 +48,7 @@ bool hidden(const Eigen::Vector2d& pixel, std::span<const Silhouette> others) {
 
 /// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others.
 void place_samples(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose,
-                   const Silhouette& silhouette, std::span<const Silhouette> others, const OutlineFitSettings& settings,
-                   Samples& samples) {
+                   const Silhouette& silhouette, std::span<const Silhouette> others, int most, Samples& samples) {
     samples.count = 0;
     samples.total = 0;
     samples.edges = silhouette.count;
@@ -58,7 +57,7 @@ void place_samples(const FrameEvidence& evidence, const View& view, const ShapeP
         const auto a = static_cast<std::size_t>(i);
         length += (silhouette.corners[static_cast<std::size_t>((i + 1) % silhouette.count)] - silhouette.corners[a]).norm();
     }
-    const double spacing = std::max(2.0, length / std::min(settings.samples, most_samples - ShapePoints::capacity));
+    const double spacing = std::max(2.0, length / std::min(most, most_samples - ShapePoints::capacity));
     const Eigen::Vector2d middle = polygon_centroid(silhouette.polygon());
     const double width = evidence.frame.width - 1.0;
     const double height = evidence.frame.height - 1.0;
@@ -255,8 +254,9 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
     for (int round = 0; round <= settings.rounds; ++round) {
         fit.silhouette = project_silhouette(view, shape, fit.pose);
         if (!fit.silhouette.valid()) return fit;
-        place_samples(evidence, view, shape, fit.pose, fit.silhouette, others, settings, samples);
         const double progress = std::min(1.0, static_cast<double>(round) / std::max(1, settings.rounds - 2));
+        const int most = progress < 1 ? settings.samples / 2 : settings.samples;  // half are enough to come near
+        place_samples(evidence, view, shape, fit.pose, fit.silhouette, others, most, samples);
         const int reach = settings.first_reach + static_cast<int>(std::lround(progress * (settings.last_reach - settings.first_reach)));
         read_edges(evidence, reach, samples);
         if (round == settings.rounds) break;
@@ -282,7 +282,7 @@ OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const Shape
     fit.silhouette = project_silhouette(view, shape, pose);
     if (!fit.silhouette.valid()) return fit;
     Samples samples;
-    place_samples(evidence, view, shape, pose, fit.silhouette, {}, settings, samples);
+    place_samples(evidence, view, shape, pose, fit.silhouette, {}, settings.samples, samples);
     read_edges(evidence, settings.last_reach, samples);
     judge(samples, shape, fit);
     OutlineFitSettings coarse = settings;

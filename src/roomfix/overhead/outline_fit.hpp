@@ -19,17 +19,17 @@ struct FrameEvidence {
 };
 
 struct OutlineFitSettings {
-    int samples = 96;               // at most this many along the outline
+    int samples = 64;               // at most this many along the outline
     double edge_noise = 0.10;       // px, of one edge sample on top of the pixel noise: interpolation, small structure
     double common_noise = 0.06;     // px, shared by all samples of one edge: blur, gamma, rounded edges
     double disturbance = 0.02;      // part of the floor's light by which shading and reflections move an edge's levels
     double inset_noise = 0.12;      // px, shared by the whole outline: bright sides look larger than they are
     double floor_noise = 0.05;      // px, more for the edges on the floor: contact shadow and reflection
-    int first_reach = 10;           // px to both sides of the outline in the first round
+    int first_reach = 8;            // px to both sides of the outline in the first round
     int last_reach = 4;             // px in the last round
     double first_scale = 4;         // px: readings off by more lose their say, in the first round
     double last_scale = 0.8;        // px, in the last round
-    int rounds = 5;
+    int rounds = 4;
 };
 
 struct OutlineFit {

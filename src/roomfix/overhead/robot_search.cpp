@@ -13,7 +13,7 @@ constexpr double bare_inside = 0.45;        // should be foreground; less than 1
 constexpr double certain_outside = 0.8;    // should be inside
 constexpr double shadow_outside = 0.05;
 
-constexpr int rows_looked_at = 24;  // of a silhouette: enough for a coarse pose
+constexpr int rows_looked_at = 14;  // of a silhouette: enough for a coarse pose
 
 int row_step(const Silhouette& silhouette) {
     const PixelBox box = box_around(silhouette.polygon());
@@ -70,7 +70,7 @@ std::optional<Pose2> place_from_centroid(const View& view, const ShapePoints& sh
 CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, CoarsePose start, const Blob& blob,
                  double first_step) {
     CoarsePose best = std::move(start);
-    const double smallest = first_step / 8;
+    const double smallest = first_step / 4;  // the outline's fit does the rest
     const auto try_pose = [&](const Pose2& pose) {
         const CoarsePose next = coarse_agreement(masks, view, shape, pose, blob);
         if (next.agreement <= best.agreement) return false;
