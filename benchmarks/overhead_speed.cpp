@@ -17,7 +17,8 @@ namespace {
 using namespace roomfix;
 
 /// The first aisle of the li2014 scenario seen in 1080p, one robot in view, still background. Several frames with their own
-/// noise, so that no stage can profit from a frame that it knows.
+/// noise, so that no stage can profit from a frame that it knows; their number has no divisor in common with the passes of the
+/// selective refresh, so that each part of the background sees them all.
 struct Room {
     std::vector<LumaImage> frames;
     std::vector<LumaImage> empty;
@@ -40,7 +41,7 @@ struct Room {
         }
         RobotLook look = scenario.robots[0].look;
         look.top = 0.10f;  // dark on a light floor: the common case
-        for (std::uint64_t i = 0; i < 8; ++i) {
+        for (std::uint64_t i = 0; i < 9; ++i) {
             LumaImage frame;
             renderer.render(robot_solids(scenario.robots[0].robot.shape, look, {6.3 + 0.02 * static_cast<double>(i), 5.7, 0.3}), 1, i, frame);
             const cv::Mat grey(1080, 1920, CV_8UC1, frame.row(0), static_cast<std::size_t>(frame.view().stride));

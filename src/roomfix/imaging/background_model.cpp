@@ -97,7 +97,14 @@ BackgroundModel::BackgroundModel(int width, int height, const std::vector<float>
     }
 }
 
-/// The light of each block against the background: measured on two of its rows, the median over the frame for all that is
+/// Words first..first+words-1 of a row, for the kernels; `frame` is the frame's row y.
+BackgroundRow BackgroundModel::row_at(const std::uint8_t* frame, int y, int first, int words, const Foreground& foreground) const {
+    const std::ptrdiff_t x = std::ptrdiff_t{first} * block_width;
+    const std::uint16_t* gain = foreground.gain.data() + (y / block_height) * blocks_x() + first;
+    return {frame + x, mean_.row(y) + x, limit_.row(y) + x, gain, words};
+}
+
+/// The light of each block against the background: measured on one of its rows, the median over the frame for all that is
 /// covered by something, smoothed over the neighbours.
 void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     const int across = blocks_x();
@@ -106,18 +113,14 @@ void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     result.ratios.resize(count);
     result.gain.resize(count);
     std::array<PairSum, 1024> sums;
-    PaddedRow upper(frame, across);
-    PaddedRow lower(frame, across);
+    PaddedRow padded(frame, across);
     for (int by = 0; by < down; ++by) {
         const int top = by * block_height;
-        const int last = std::min(top + block_height, height()) - 1;
-        // Rows that classify_solid() reads as well.
-        const std::array<int, 2> rows = {std::min((top + 8) / 3 * 3 + 1, last), std::min((top + 23) / 3 * 3 + 1, last)};
-        const std::array<const std::uint8_t*, 2> seen = {upper(rows[0]), lower(rows[1])};
+        const int y = std::min((top + block_height / 2) / 3 * 3 + 1, height() - 1);  // a row that classify_solid() reads as well
+        const std::uint8_t* seen = padded(y);
         for (int first = 0; first < across; first += 1024) {
             const int words = std::min(across - first, 1024);
-            simd::block_sums({{seen[0] + first * 64, seen[1] + first * 64}, {mean_.row(rows[0]) + first * 64, mean_.row(rows[1]) + first * 64}, 2, words},
-                             sums.data());
+            simd::block_sums({{seen + first * 64}, {mean_.row(y) + first * 64}, 1, words}, sums.data());
             for (int i = 0; i < words; ++i) {
                 const PairSum& s = sums[static_cast<std::size_t>(i)];
                 result.ratios[static_cast<std::size_t>(by * across + first + i)] =
@@ -135,25 +138,31 @@ void BackgroundModel::estimate_gain(LumaView frame, Foreground& result) const {
     const float global = std::clamp(*middle, 0.1f, 10.0f);
     result.global_gain = global;
 
+    // Mean over the block and its eight neighbours, of those whose light goes with the rest: sums across, then down.
     const float widest = static_cast<float>(settings_.largest_local_gain) * global;
+    const auto line = static_cast<std::size_t>(across);
+    result.across.assign(2 * (count + 2 * line), 0.0f);
+    float* sum = result.across.data() + line;  // a line of nothing above and below
+    float* used = sum + count + 2 * line;
     int covered = 0;
-    for (int by = 0; by < down; ++by) {
-        for (int bx = 0; bx < across; ++bx) {
-            float sum = 0;
-            int used = 0;
-            for (int y = std::max(by - 1, 0); y <= std::min(by + 1, down - 1); ++y) {
-                for (int x = std::max(bx - 1, 0); x <= std::min(bx + 1, across - 1); ++x) {
-                    const float ratio = result.ratios[static_cast<std::size_t>(y * across + x)];
-                    if (std::abs(ratio - global) > widest) continue;
-                    sum += ratio;
-                    ++used;
-                }
+    for (std::size_t row = 0; row < count; row += line) {
+        for (std::size_t x = 0; x < line; ++x) {
+            const float ratio = result.ratios[row + x];
+            if (std::abs(ratio - global) > widest) {
+                ++covered;
+                continue;
             }
-            const auto block = static_cast<std::size_t>(by * across + bx);
-            covered += std::abs(result.ratios[block] - global) > widest;
-            const float gain = used >= 3 ? sum / static_cast<float>(used) : global;
-            result.gain[block] = static_cast<std::uint16_t>(std::lround(std::clamp(gain, 0.05f, 60.0f) * 1024));
+            for (std::size_t to = x > 0 ? x - 1 : 0; to < std::min(x + 2, line); ++to) {
+                sum[row + to] += ratio;
+                used[row + to] += 1;
+            }
         }
+    }
+    const auto around = [line](const float* at) { return *(at - line) + *at + *(at + line); };
+    for (std::size_t block = 0; block < count; ++block) {
+        const float n = around(used + block);
+        const float gain = n >= 3 ? around(sum + block) / n : global;
+        result.gain[block] = static_cast<std::uint16_t>(std::clamp(gain, 0.05f, 60.0f) * 1024 + 0.5f);
     }
     result.covered = static_cast<double>(covered) / static_cast<double>(count);
 }
@@ -172,9 +181,8 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
     const int words = result.mask.words();
     PaddedRow padded(frame, words);
     for (int y = 0; y < height(); ++y) {
-        const std::uint16_t* gain = result.gain.data() + (y / block_height) * blocks_x();
         std::uint64_t* row = result.mask.row(y);
-        simd::classify_row({padded(y), mean_.row(y), limit_.row(y), gain, words, mean_.view().stride}, row);
+        simd::classify_row(row_at(padded(y), y, 0, words, result), row);
         row[words - 1] &= result.mask.tail();
         result.mask.span(y) = used_words(row, {0, words});
     }
@@ -190,16 +198,13 @@ void BackgroundModel::classify_solid(LumaView frame, Foreground& result) const {
     std::uint64_t* above = result.thick.data();
     std::uint64_t* below = above + groups;
     PaddedRow padded(frame, words);
-    const auto row_at = [&](int y, int first, int count) {
-        const std::ptrdiff_t x = std::ptrdiff_t{first} * 64;
-        const std::uint16_t* gain = result.gain.data() + (y / block_height) * blocks_x() + first;
-        return BackgroundRow{padded(y) + x, mean_.row(y) + x, limit_.row(y) + x, gain, count, 3 * mean_.view().stride};
-    };
     // Rows 1, 4, 7, ... are looked at whole, and the last one: the image's border counts as foreground for opening.
     for (int done = 0; done < height();) {
         const int whole = std::min(done + (done == 0 ? 1 : 2), height() - 1);
         std::uint64_t* row = mask.row(whole);
-        simd::classify_row(row_at(whole, 0, words), row);
+        BackgroundRow whole_row = row_at(padded(whole), whole, 0, words, result);
+        whole_row.ahead = 3 * mean_.view().stride;
+        simd::classify_row(whole_row, row);
         row[words - 1] &= mask.tail();
         mask.span(whole) = used_words(row, {0, words});
         mark_thick(row, mask.span(whole), width(), {below, groups});
@@ -209,7 +214,7 @@ void BackgroundModel::classify_solid(LumaView frame, Foreground& result) const {
             std::fill(between + span.first, between + std::max(span.first, span.last), 0);
             span = {};
             for_marked(above, below, words, [&](int first, int last) {
-                simd::classify_row(row_at(y, first, last - first), between + first);
+                simd::classify_row(row_at(padded(y), y, first, last - first, result), between + first);
                 span = span.empty() ? WordSpan{first, last} : WordSpan{span.first, last};
             });
             between[words - 1] &= mask.tail();
@@ -234,8 +239,7 @@ void BackgroundModel::find_shadow(LumaView frame, Foreground& result) const {
         if (span.empty()) continue;
         const int up = std::max(y - 2, 0);
         const int down = std::min(y + 2, height() - 1);
-        const simd::ShadowRow row{{padded(y), mean_.row(y), limit_.row(y), result.gain.data() + (y / block_height) * blocks_x(), words},
-                                  above(up), below(down), mean_.row(up), mean_.row(down), darkest};
+        const simd::ShadowRow row{row_at(padded(y), y, 0, words, result), above(up), below(down), mean_.row(up), mean_.row(down), darkest};
         simd::shadow_row(row, span.first, span.last, result.mask.row(y), result.shadow.row(y));
         result.shadow.span(y) = span;
     }

@@ -26,12 +26,15 @@ struct Foreground {
     std::vector<std::uint16_t> gain;  // frame / background light per block, 1024 = 1
     std::vector<float> ratios;        // working memory: measured light ratio per block
     std::vector<float> sorted;        // working memory
+    std::vector<float> across;        // working memory: ratios summed over neighbouring blocks
     std::vector<int> sums;            // working memory
     std::vector<std::uint64_t> thick; // working memory: which words of a row hold three set bits side by side
     BitMask scratch;                  // working memory
     float global_gain = 1;            // median over the blocks
     double covered = 0;               // part of the blocks whose light does not go with the rest: 0..1
 };
+
+struct BackgroundRow;
 
 /// Mean and noise of every pixel. Blocks of 64 x 32 pixels share one gain, so that slow light changes, flicker and
 /// automatic exposure are not foreground.
@@ -81,6 +84,7 @@ public:
 private:
     int blocks_x() const { return (width() + block_width - 1) / block_width; }
     int blocks_y() const { return (height() + block_height - 1) / block_height; }
+    BackgroundRow row_at(const std::uint8_t* frame, int y, int first, int words, const Foreground& foreground) const;
     void prepare(LumaView frame, Foreground& result) const;
     void estimate_gain(LumaView frame, Foreground& result) const;
     void find_shadow(LumaView frame, Foreground& result) const;

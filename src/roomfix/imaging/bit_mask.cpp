@@ -25,6 +25,9 @@ void neighbourhood(const BitMask& mask, BitMask& result, std::uint64_t outside, 
     for (int y = std::max(first, 0); y < std::min(last, mask.height()); ++y) {
         // Where can the result differ from zero? Clear what the last use left there.
         WordSpan& target = result.span(y);
+        const bool alone = mask.span(y).empty() && (!grows || ((y == 0 || mask.span(y - 1).empty()) &&
+                                                               (y + 1 == mask.height() || mask.span(y + 1).empty())));
+        if (alone && target.empty()) continue;
         std::fill(result.row(y) + target.first, result.row(y) + std::max(target.first, target.last), 0);
         WordSpan reach = mask.span(y);
         if (grows) {
@@ -38,27 +41,28 @@ void neighbourhood(const BitMask& mask, BitMask& result, std::uint64_t outside, 
         target = reach.empty() ? WordSpan{0, 0} : reach;
         if (reach.empty()) continue;
 
-        const std::uint64_t* above = y > 0 ? mask.row(y - 1) : nullptr;
+        // A row in place of one beyond the image changes nothing.
         const std::uint64_t* here = mask.row(y);
-        const std::uint64_t* below = y + 1 < mask.height() ? mask.row(y + 1) : nullptr;
-        const std::uint64_t beyond = outside & ~mask.tail();
-        const auto column = [&](int w) -> std::uint64_t {
+        const std::uint64_t* above = y > 0 ? mask.row(y - 1) : here;
+        const std::uint64_t* below = y + 1 < mask.height() ? mask.row(y + 1) : here;
+        const auto column = [&](int w) { return combine(combine(here[w], above[w]), below[w]); };
+        const auto border_column = [&](int w) -> std::uint64_t {
             if (w < 0 || w >= words) return outside;
-            std::uint64_t value = here[w];
-            value = combine(value, above ? above[w] : outside);
-            value = combine(value, below ? below[w] : outside);
-            return w == words - 1 ? value | beyond : value;
+            return w == words - 1 ? column(w) | (outside & ~mask.tail()) : column(w);
         };
-        std::uint64_t left = column(reach.first - 1);
-        std::uint64_t middle = column(reach.first);
-        for (int w = reach.first; w < reach.last; ++w) {
-            const std::uint64_t right = column(w + 1);
-            std::uint64_t value = combine(middle, (middle << 1) | (left >> 63));
-            value = combine(value, (middle >> 1) | (right << 63));
-            result.row(y)[w] = w == words - 1 ? value & mask.tail() : value;
+        std::uint64_t* to = result.row(y);
+        std::uint64_t left = border_column(reach.first - 1);
+        std::uint64_t middle = border_column(reach.first);
+        const auto step = [&](int w, std::uint64_t right) {
+            to[w] = combine(combine(middle, (middle << 1) | (left >> 63)), (middle >> 1) | (right << 63));
             left = middle;
             middle = right;
-        }
+        };
+        const int inner = std::min(reach.last, words - 2);  // words whose right neighbour is not the last one
+        int w = reach.first;
+        for (; w < inner; ++w) step(w, column(w + 1));
+        for (; w < reach.last; ++w) step(w, border_column(w + 1));
+        if (reach.last == words) to[words - 1] &= mask.tail();
     }
 }
 

@@ -254,7 +254,7 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
     for (int round = 0; round <= settings.rounds; ++round) {
         fit.silhouette = project_silhouette(view, shape, fit.pose);
         if (!fit.silhouette.valid()) return fit;
-        const double progress = std::min(1.0, static_cast<double>(round) / std::max(1, settings.rounds - 2));
+        const double progress = std::min(1.0, static_cast<double>(round) / std::max(1, settings.coarse_rounds));
         const int most = progress < 1 ? settings.samples / 2 : settings.samples;  // half are enough to come near
         place_samples(evidence, view, shape, fit.pose, fit.silhouette, others, most, samples);
         const int reach = settings.first_reach + static_cast<int>(std::lround(progress * (settings.last_reach - settings.first_reach)));

@@ -29,7 +29,8 @@ struct OutlineFitSettings {
     int last_reach = 4;             // px in the last round
     double first_scale = 4;         // px: readings off by more lose their say, in the first round
     double last_scale = 0.8;        // px, in the last round
-    int rounds = 4;
+    int coarse_rounds = 2;          // with half of the samples, ever nearer to the last settings
+    int rounds = 7;                 // at most; fewer once the pose stays
 };
 
 struct OutlineFit {

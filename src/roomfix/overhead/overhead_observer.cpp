@@ -254,32 +254,30 @@ std::string OverheadObserver::reason_for_nothing(const std::vector<Component>& c
     return fmt::format("what differs from the background ({} pixels) has not the outline of a robot of this site", components[0].area);
 }
 
-/// Marks a silhouette with half its size around it.
-void OverheadObserver::keep_around(const Silhouette& silhouette) {
-    const PixelBox box = box_around(silhouette.polygon());
-    const Eigen::Vector2d margin = 0.5 * (box.high - box.low);
-    const int left = static_cast<int>(std::clamp(box.low.x() - margin.x(), 0.0, 1e6));
-    const int right = static_cast<int>(std::clamp(box.high.x() + margin.x(), -1.0, 1e6));
-    const int top = static_cast<int>(std::clamp(box.low.y() - margin.y(), 0.0, 1e6));
-    const int bottom = static_cast<int>(std::clamp(box.high.y() + margin.y(), -1.0, keep_.height() - 1.0));
-    for (int y = top; y <= bottom; ++y) keep_.set_run(y, left, right + 1);
-}
-
-/// Where nothing differs, mean and noise follow the picture. Every eighth pass takes in what differs but is no robot, nor near
-/// one, so that a moved chair becomes background in the end, but a robot's shadow does not.
+/// Where nothing differs, mean and noise follow the picture, but not in and near a robot: its shadow and what is as grey as the
+/// floor behind it must not become background. Every eighth pass takes in what differs elsewhere, so that a moved chair
+/// becomes background in the end.
 void OverheadObserver::refresh_background(LumaView frame) {
     if (learning_) return;
-    if (keep_.width() != frame.width || keep_.height() != frame.height) keep_.resize(frame.width, frame.height);
-    const BitMask* keep = &foreground_.mask;
-    if (background_.passes() % 8 == 7) {
-        keep_.clear();
-        for (const Found& found : found_) keep_around(found.fit.silhouette);
-        keep = &keep_;
-    }
     const int first = background_.refresh_first();
-    const int last = first + background_.refresh_rows();
-    dilate_rows(*keep, scratch_, first, last);
-    if (last > frame.height) dilate_rows(*keep, scratch_, 0, last - frame.height);
+    const int rows = background_.refresh_rows();
+    if (background_.passes() % 8 == 7) {
+        if (scratch_.width() != frame.width || scratch_.height() != frame.height) scratch_.resize(frame.width, frame.height);
+        scratch_.clear();
+    } else {
+        dilate_rows(foreground_.mask, scratch_, first, first + rows);
+        dilate_rows(foreground_.mask, scratch_, 0, first + rows - frame.height);
+    }
+    for (const Found& found : found_) {
+        const PixelBox box = box_around(found.fit.silhouette.polygon());
+        const Eigen::Vector2d margin = 0.5 * (box.high - box.low);
+        const auto column = [&](double x) { return static_cast<int>(std::clamp(x, 0.0, frame.width - 1.0)); };
+        for (int i = 0; i < rows; ++i) {
+            const int y = (first + i) % frame.height;
+            if (y < box.low.y() - margin.y() || y > box.high.y() + margin.y()) continue;
+            scratch_.set_run(y, column(box.low.x() - margin.x()), column(box.high.x() + margin.x()) + 1);
+        }
+    }
     background_.refresh(frame, foreground_, scratch_);
 }
 

@@ -75,7 +75,6 @@ private:
     bool available(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
     std::string reason_for_nothing(const std::vector<Component>& components) const;
-    void keep_around(const Silhouette& silhouette);
     void refresh_background(LumaView frame);
 
     View view_;
@@ -94,7 +93,6 @@ private:
     BitMask remaining_;
     BitMask remaining_shadow_;
     BitMask taken_;
-    BitMask keep_;
     ComponentFinder finder_;
     std::vector<CoarsePose> starts_;
     PlaceSearch place_search_;

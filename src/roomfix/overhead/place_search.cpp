@@ -52,6 +52,7 @@ void PlaceSearch::glance(const FrameEvidence& evidence, const View& view, const 
                          const PlaceSearchSettings& settings) {
     OutlineFitSettings hurried = fit_settings;
     hurried.samples = 40;
+    hurried.coarse_rounds = 1;
     hurried.rounds = 3;
     hurried.first_reach = 8;
     glances_.clear();
