@@ -78,7 +78,7 @@ void OverheadObserver::find_foreground(LumaView frame) {
 void OverheadObserver::explain(const FrameEvidence& evidence, const Component& component) {
     bool whole = true;
     for (Found& found : found_) {
-        if (!found.removed && touches(found.coarse.silhouette, component)) remove_from_remaining(found);
+        if (!found.removed) remove_from_remaining(found);  // even far away: its pixels must not be found again
         whole &= !touches(found.coarse.silhouette, component);
     }
     while (found_.size() < found_.capacity()) {
