@@ -14,9 +14,10 @@ namespace {
 using Vector4d = Eigen::Vector4d;
 using Matrix4d = Eigen::Matrix4d;
 constexpr int most_samples = 192;
-// A body larger by some length has each of its sides farther out by half of that. Half of this variance is common to all
-// sides (the whole body is larger), half is each side's own.
-constexpr double size_share = 0.5 * 0.7071;
+// A body larger by some length has each of its sides farther out by half of that. Most of it is common to all sides, since
+// opposite ones move alike: 60 % of the variance; the rest is each side's own.
+constexpr double common_size = 0.5 * 0.775;
+constexpr double own_size = 0.5 * 0.632;
 
 /// A place on the predicted outline where the picture is asked for an edge.
 struct Sample {
@@ -102,7 +103,7 @@ double reading_sigma(const Sample& s, const OutlineFitSettings& settings) {
 
 /// Variance of the error that all readings of an edge share.
 double common_variance(const Sample& s, const ShapePoints& shape, const OutlineFitSettings& settings) {
-    const double size = size_share * shape.size_sigma * s.scale;
+    const double size = own_size * shape.size_sigma * s.scale;
     const double floor = s.on_floor ? settings.floor_noise : 0;
     const double shadow = s.reading.shadowed ? 2 * settings.common_noise : 0;
     // A level that is off by some part of the light moves an edge the farther, the weaker it is; it is two pixels wide.
@@ -128,7 +129,7 @@ Normal accumulate(const Samples& samples, const ShapePoints& shape, const Outlin
     Normal normal{Matrix4d::Zero(), Vector4d::Zero(), Eigen::Matrix<double, 4, 6>::Zero()};
     double scale = 0;
     for (const Sample& s : samples.all()) scale += s.scale / samples.count;
-    const double inset = std::hypot(settings.inset_noise, size_share * shape.size_sigma * scale);
+    const double inset = std::hypot(settings.inset_noise, common_size * shape.size_sigma * scale);
     normal.information(3, 3) = 1 / (inset * inset);
     normal.gradient[3] = -state[3] * normal.information(3, 3);
     const auto all = samples.all();

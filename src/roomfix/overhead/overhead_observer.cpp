@@ -221,10 +221,12 @@ bool OverheadObserver::acceptable(const Found& found) const {
     const OutlineFit& fit = found.fit;
     if (fit.visible < settings_.least_visible * fit.total) return false;
     if (fit.score >= settings_.least_score) return true;
-    // Partly hidden: much of the outline is bare, but what shows agrees, and no foreground is left over.
+    if (found.coarse.missing >= 0.15 * found.coarse.inside.foreground) return false;
+    // Not the exact outline, such as tracks where the box should end, but the robot's whole area and nothing beside it.
+    if (found.coarse.filled() >= settings_.surely_filled && fit.supported >= 0.4 * fit.visible) return true;
+    // Partly hidden: much of the outline is bare, but what shows agrees.
     const double shown = fit.visible - fit.bare - fit.ambiguous;
-    return fit.supported >= settings_.least_hidden * fit.visible && fit.supported >= 0.65 * shown &&
-           found.coarse.missing < 0.15 * found.coarse.inside.foreground;
+    return fit.supported >= settings_.least_hidden * fit.visible && fit.supported >= 0.65 * shown;
 }
 
 SilhouetteObservation OverheadObserver::observation_of(const Found& found) const {

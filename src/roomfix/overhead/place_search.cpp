@@ -7,6 +7,7 @@ namespace roomfix {
 namespace {
 
 constexpr double same_place = 0.05;  // of the body's radius, and in radians
+constexpr double near_place = 0.2;   // likewise: the same up to a few edges
 
 /// Pose b seen from pose a: m, m, rad; the yaw modulo the shape's symmetry.
 Eigen::Vector3d difference(const Pose2& a, const Pose2& b, const ShapePoints& shape) {
@@ -43,7 +44,11 @@ PlaceSearch::Result PlaceSearch::find(const FrameEvidence& evidence, const Foreg
         first = rivals_.back();
         best = {fit, coarse};
     }
-    if (!rivals_.empty()) best.fit.covariance = covariance_around(first, shape, settings.doubt);
+    if (rivals_.empty()) return best;
+    best.fit.pose = mean_near(first, shape, settings.doubt);
+    best.fit.silhouette = project_silhouette(view, shape, best.fit.pose);
+    first.pose = best.fit.pose;
+    best.fit.covariance = covariance_around(first, shape, settings.doubt);
     return best;
 }
 
@@ -71,6 +76,21 @@ void PlaceSearch::glance(const FrameEvidence& evidence, const View& view, const 
         if (!seen_before) glances_[kept++] = glances_[i];
     }
     glances_.resize(kept);
+}
+
+/// Mean of the places so near to the best one that they are the same up to a few edges, each weighted by how likely it is.
+Pose2 PlaceSearch::mean_near(const Rival& best, const ShapePoints& shape, double doubt) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double weights = 0;
+    for (const Rival& rival : rivals_) {
+        const Eigen::Vector3d off = difference(best.pose, rival.pose, shape);
+        if (off.head<2>().norm() > near_place * shape.radius || std::abs(off.z()) > near_place) continue;
+        const double weight = std::exp((rival.quality - best.quality) / doubt);
+        sum += weight * off;
+        weights += weight;
+    }
+    const Eigen::Vector3d mean = sum / weights;
+    return {best.pose.x + mean.x(), best.pose.y + mean.y(), wrap_angle(best.pose.yaw + mean.z())};
 }
 
 /// Covariance about the best place of the mixture of all places.

@@ -12,8 +12,8 @@
 namespace roomfix {
 
 struct PlaceSearchSettings {
-    int most_glances = 100;         // places where the outline is fitted in a hurry
-    int most_fits = 16;             // of these, fitted in full
+    int most_glances = 160;         // places where the outline is fitted in a hurry
+    int most_fits = 24;             // of these, fitted in full
     double missing_cost = 1.5;      // of the score, per area of the silhouette of certain foreground left outside
     double unexplained_cost = 0.7;  // of the score, for a border of which nothing is explained
     double doubt = 0.05;            // of the score: rivals worse by this are e times less likely
@@ -40,6 +40,7 @@ private:
     };
     void glance(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFitSettings& fit,
                 const PlaceSearchSettings& settings);
+    Pose2 mean_near(const Rival& best, const ShapePoints& shape, double doubt) const;
     Eigen::Matrix3d covariance_around(const Rival& best, const ShapePoints& shape, double doubt) const;
 
     ForegroundBorder border_;

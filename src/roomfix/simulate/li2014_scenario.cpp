@@ -76,8 +76,10 @@ Site site_of(const std::string& name, const std::vector<ScenarioCamera>& cameras
 ScenarioRobot paper_robot(std::uint64_t seed) {
     ScenarioRobot robot;
     robot.robot = {"r1", Box{0.54, 0.54, 0.45}};
+    robot.robot.size_sigma = 0.003;  // as its maker says, and as it is
     Random random(seed ^ 0x40b07);
-    robot.look.size_error = {random.normal(0.003), random.normal(0.003), random.normal(0.003)};
+    const auto off = [&] { return random.normal(robot.robot.size_sigma); };
+    robot.look.size_error = {off(), off(), off()};
     robot.path = {{4.9, 5.70}, {7.70, 5.70}, {7.70, 10.42}, {12.7, 10.42}, {7.70, 10.42}, {7.70, 5.70}};
     return robot;
 }
