@@ -36,6 +36,18 @@ TEST(Li2014, TheRecomputedErrorsAreThoseOfTheTablesCoordinates) {
 }
 
 // A smaller version of the accuracy figures; the whole is in `./dev bench`. Seeds of their own.
+TEST(Li2014, AHiddenRobotIsFoundOrTheCovarianceSaysSo) {
+    const auto report = run_li2014({.seed = 311, .seeds = 1, .hidden = 0.3, .published = false});
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_LE(report->lost(), 1);
+    const Summary ours = summarise(report->position_errors());
+    EXPECT_LT(ours.median, 0.02);
+    EXPECT_LT(ours.mean, 0.06) << "a few of fifteen may be decimetres off ...";
+    int surprises = 0;
+    for (const auto& t : report->trials) surprises += t.ours && nees(t.error, t.covariance) > 25;
+    EXPECT_LE(surprises, 1) << "... but then their covariance says so";
+}
+
 TEST(Li2014, OursIsAnOrderOfMagnitudeBetterAndSaysHowGoodItIs) {
     const auto report = run_li2014({.seed = 301, .seeds = 2, .fixes_per_point = 2});
     ASSERT_TRUE(report) << report.error().message;

@@ -116,6 +116,58 @@ TEST(BackgroundModel, AnObjectIsForegroundAndAShadowIsCalledOne) {
     EXPECT_GT(shadow_shadow, 0.95 * 32 * 32);
 }
 
+TEST(BackgroundModel, SolidForegroundIsClassifiedThenOpened) {
+    Random random(11);
+    for (int i = 0; i < 200; ++i) {
+        const int width = 1 + random.index(210);
+        const int height = 1 + random.index(50);
+        const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+        const BackgroundModel model(width, height, std::vector<float>(count, 100.0f), std::vector<float>(count, 2.0f));
+        LumaImage frame(width, height);
+        const int speckle = 2 + random.index(20);
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) frame.row(y)[x] = random.index(speckle) == 0 ? 160 : 100;
+        }
+        for (int k = random.index(6); k > 0; --k) {  // pieces of all sizes, thinner ones than three pixels too, some cut by the border
+            const int left = random.index(width);
+            const int top = random.index(height);
+            const int right = std::min(left + random.index(12), width);
+            const int bottom = std::min(top + random.index(12), height);
+            for (int y = top; y < bottom; ++y) std::fill(frame.row(y) + left, frame.row(y) + right, std::uint8_t{200});
+        }
+        Foreground whole, solid;
+        model.classify(frame, whole);
+        BitMask scratch;
+        open(whole.mask, scratch);
+        for (int again = 0; again < 2; ++again) model.classify_solid(frame, solid);  // what is left in its memory must not matter
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) ASSERT_EQ(solid.mask.at(x, y), whole.mask.at(x, y)) << i << ": " << x << ' ' << y << " of " << width << " x " << height;
+        }
+    }
+}
+
+TEST(BackgroundModel, WhatIsTooFaintForSinglePixelsShowsInTheirMean) {
+    Random random(12);
+    const BackgroundModel model = learned(random);
+    LumaImage frame = floor_frame(1.0, random);
+    for (int y = 40; y < 80; ++y) {
+        for (int x = 80; x < 120; ++x) frame.row(y)[x] = static_cast<std::uint8_t>(frame.row(y)[x] - 12);
+    }
+    Foreground foreground;
+    model.classify(frame, foreground);
+    const auto inside = [&] {
+        int sum = 0;
+        for (int y = 44; y < 76; ++y) sum += foreground.mask.count_run(y, 84, 116);
+        return sum;
+    };
+    EXPECT_LT(inside(), 0.4 * 32 * 32);
+    model.add_faint(frame, 0, 0, 199, 119, foreground);
+    EXPECT_GT(inside(), 0.95 * 32 * 32);
+    int outside = 0;
+    for (int y = 0; y < 120; ++y) outside += foreground.mask.count_run(y, 0, 76) + foreground.mask.count_run(y, 124, 200);
+    EXPECT_LT(outside, 24);
+}
+
 TEST(BackgroundModel, LearnsUnderPassingObjects) {
     Random random(3);
     BackgroundLearner learner;
