@@ -111,8 +111,8 @@ Result<std::unique_ptr<FrameSource>> open_source(const std::string& source) {
     try {
         cv::VideoCapture capture;
         capture.setExceptionMode(false);
-        const auto number = device ? parse_integer(source.substr(std::string("/dev/video").size() <= source.size() ? 10 : 0)) : std::nullopt;
-        const bool opened = number ? capture.open(static_cast<int>(*number), cv::CAP_V4L2) : capture.open(source, cv::CAP_ANY);
+        // Named backends: any other way OpenCV asks all drivers it knows, photo cameras too, for something of that name.
+        const bool opened = capture.open(source, device ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
         if (opened) return std::unique_ptr<FrameSource>(std::make_unique<VideoSource>(std::move(capture), address || device));
     } catch (const cv::Exception&) {
     }
