@@ -16,9 +16,9 @@ void report(const char* what, const Li2014Options& options) {
     }
     const Summary position = summarise(result->position_errors());
     const Summary yaw = summarise(result->yaw_errors());
-    fmt::print("{:<34} {:4} fixes {:3} lost  position mean {:5.2f} median {:5.2f} p95 {:5.2f} max {:6.2f} cm  yaw rms {:5.2f} deg  mean NEES {:.2f}\n",
-               what, position.count, result->lost(), 100 * position.mean, 100 * position.median, 100 * position.p95, 100 * position.max,
-               degrees(yaw.rms), result->mean_nees());
+    fmt::print("{:<34} {:4} fixes {:3} lost  position mean {:5.2f} median {:5.2f} p95 {:5.2f} max {:6.2f} cm  yaw rms {:5.2f} deg  mean NEES {:.2f}\n", what,
+               position.count, result->lost(), 100 * position.mean, 100 * position.median, 100 * position.p95, 100 * position.max, degrees(yaw.rms),
+               result->mean_nees());
     std::fflush(stdout);
 }
 

@@ -58,8 +58,10 @@ int demo(const Arguments& arguments) {
         return bad_input;
     }
     const auto renderers = prepare(scenario, room, arguments.seed);
-    say(fmt::format("Two robots drive through a rendered building; three cameras find them.\n"
-                    "Open http://{}:{} in a browser. Ctrl-C ends the demo.", arguments.host, room.page_port()));
+    say(
+        fmt::format("Two robots drive through a rendered building; three cameras find them.\n"
+                    "Open http://{}:{} in a browser. Ctrl-C ends the demo.",
+                    arguments.host, room.page_port()));
 
     const auto start = std::chrono::steady_clock::now();
     const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();

@@ -134,8 +134,10 @@ Result<SingleShot> prepare(const Site& site, const Arguments& arguments) {
     if (!view) return view.error();
     const auto sources = background_sources(site, *camera, arguments);
     if (sources.empty()) {
-        return Error{fmt::format("camera {} has no background to compare with: give pictures without robots by --background, or 'background' in the site "
-                                 "file (or {} pictures or more at once)", camera->id, enough_to_learn)};
+        return Error{
+            fmt::format("camera {} has no background to compare with: give pictures without robots by --background, or 'background' in the site "
+                        "file (or {} pictures or more at once)",
+                        camera->id, enough_to_learn)};
     }
     auto background = learn_background(*camera, sources);
     if (!background) return background.error();

@@ -33,7 +33,9 @@ void add_reproduce(CLI::App& app, int& exit_code) {
     auto arguments = std::make_shared<Arguments>();
     command->add_option("PAPER", arguments->papers, "li2014")->check(CLI::IsMember({"li2014"}));
     command->add_option("--seed", arguments->li2014.seed, "first seed")->capture_default_str();
-    command->add_option("--seeds", arguments->li2014.seeds, "how many seeds, each with its own noise, clicks and headings")->capture_default_str()->check(CLI::Range(1, 1000));
+    command->add_option("--seeds", arguments->li2014.seeds, "how many seeds, each with its own noise, clicks and headings")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
     command->add_option("--fixes", arguments->li2014.fixes_per_point, "fixes per test point and seed")->capture_default_str()->check(CLI::Range(1, 10000));
     command->add_option("--hidden", arguments->li2014.hidden, "part of the robot hidden behind something, 0..0.8")->check(CLI::Range(0.0, 0.8));
     command->add_option("--light", arguments->li2014.light, "light against the background's, such as 0.85")->check(CLI::Range(0.2, 3.0));

@@ -83,7 +83,9 @@ void add_run(CLI::App& app, int& exit_code) {
     command->add_option("SITE", arguments->site, "site file")->required();
     command->add_option("--fixes", arguments->fixes, "file for the fixes, one JSON object per line; - for stdout");
     command->add_option("--background", arguments->background, "pictures, folders or videos to learn the background from, for all cameras");
-    command->add_option("--speed", arguments->speed, "of recordings: 1 is real time, 0 as fast as it goes")->capture_default_str()->check(CLI::Range(0.0, 1000.0));
+    command->add_option("--speed", arguments->speed, "of recordings: 1 is real time, 0 as fast as it goes")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1000.0));
     command->add_option("--host", arguments->host, "address to serve the page on (default 127.0.0.1: this machine only)");
     command->add_option("--port", arguments->port, "port of the page (default 8080; 0 picks a free one)")->check(CLI::Range(0, 65535));
     command->add_flag("--no-page", arguments->no_page, "do not serve the page");

@@ -72,8 +72,8 @@ DetectionCount count_people(bool learned_first, bool smoothed) {
 void print(const char* what, const DetectionCount& c) {
     const Summary errors = summarise(c.errors);
     fmt::print("PETS 2009, {}: {} listed, {} found ({:.0f} %), {} missed, {} false ({:.0f} % of what was reported); error median {:.2f} m, p95 {:.2f} m\n",
-               what, c.listed, c.found, 100.0 * c.found / c.listed, c.missed, c.false_ones, 100.0 * c.false_ones / (c.found + c.false_ones),
-               errors.median, errors.p95);
+               what, c.listed, c.found, 100.0 * c.found / c.listed, c.missed, c.false_ones, 100.0 * c.false_ones / (c.found + c.false_ones), errors.median,
+               errors.p95);
 }
 
 TEST(Pets2009, PeopleAreFoundInRealFootage) {

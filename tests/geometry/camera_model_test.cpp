@@ -12,9 +12,9 @@ namespace {
 
 CameraModel random_model(Random& random) {
     const double f = random.uniform(200, 1500);
-    return make_camera_model(640, 480, f, f * random.uniform(0.98, 1.02), random.uniform(300, 340), random.uniform(220, 260),
-                             {random.uniform(-0.4, 0.3), random.uniform(-0.5, 0.5), random.uniform(-0.005, 0.005), random.uniform(-0.005, 0.005),
-                              random.uniform(-1, 1)});
+    return make_camera_model(
+        640, 480, f, f * random.uniform(0.98, 1.02), random.uniform(300, 340), random.uniform(220, 260),
+        {random.uniform(-0.4, 0.3), random.uniform(-0.5, 0.5), random.uniform(-0.005, 0.005), random.uniform(-0.005, 0.005), random.uniform(-1, 1)});
 }
 
 TEST(CameraModel, PixelToRayAndBackAgreesWherePossible) {

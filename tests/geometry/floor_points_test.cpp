@@ -10,9 +10,7 @@
 namespace roomfix {
 namespace {
 
-View camera() {
-    return {make_camera_model(640, 480, 520, 520, 318, 241, {0.05, -0.2, 0.001, 0, 0}), {looking_at({1, -1, 2.4}, {2, 3, 0}), Matrix6d::Zero()}};
-}
+View camera() { return {make_camera_model(640, 480, 520, 520, 318, 241, {0.05, -0.2, 0.001, 0, 0}), {looking_at({1, -1, 2.4}, {2, 3, 0}), Matrix6d::Zero()}}; }
 
 std::vector<FloorPoint> points_of(const View& view, int across, double sigma, Random& random) {
     std::vector<FloorPoint> points;

@@ -141,7 +141,8 @@ TEST(BackgroundModel, SolidForegroundIsClassifiedThenOpened) {
         open(whole.mask, scratch);
         for (int again = 0; again < 2; ++again) model.classify_solid(frame, solid);  // what is left in its memory must not matter
         for (int y = 0; y < height; ++y) {
-            for (int x = 0; x < width; ++x) ASSERT_EQ(solid.mask.at(x, y), whole.mask.at(x, y)) << i << ": " << x << ' ' << y << " of " << width << " x " << height;
+            for (int x = 0; x < width; ++x)
+                ASSERT_EQ(solid.mask.at(x, y), whole.mask.at(x, y)) << i << ": " << x << ' ' << y << " of " << width << " x " << height;
         }
     }
 }

@@ -80,5 +80,15 @@ TEST(LoadLuma, PngInColourAndSixteenBitAndTheirErrors) {
     std::filesystem::remove_all(folder);
 }
 
+TEST(LoadLuma, OnlyKnownFormatsReachTheDecoders) {
+    LumaImage image;
+    for (const std::string text : {"P3b not quite a PPM", "II*\0 a TIFF", "\x89PN\x47 cut", "DICM", "hello"}) {
+        const std::vector<std::uint8_t> bytes(text.begin(), text.end());
+        const auto decoded = decode_luma(bytes, image);
+        ASSERT_FALSE(decoded) << text;
+        EXPECT_NE(decoded.error().message.find("JPEG or PNG"), std::string::npos) << decoded.error().message;
+    }
+}
+
 }  // namespace
 }  // namespace roomfix

@@ -116,7 +116,8 @@ TEST(LoadSite, FloorPointsThatDoNotFixThePoseAreAnError) {
     const auto few = floor("{pixel: [100, 300], map: [3, 5]}, {pixel: [200, 300], map: [3, 6]}, {pixel: [200, 400], map: [4, 6]}");
     ASSERT_TRUE(problem_with(few, "four or more are needed"));
     EXPECT_EQ(problem_with(few, "four or more are needed")->line, 8);
-    const auto line = floor("{pixel: [100, 300], map: [3, 5]}, {pixel: [200, 300], map: [3, 6]}, {pixel: [300, 300], map: [3, 7]}, {pixel: [400, 300], map: [3, 8]}");
+    const auto line =
+        floor("{pixel: [100, 300], map: [3, 5]}, {pixel: [200, 300], map: [3, 6]}, {pixel: [300, 300], map: [3, 7]}, {pixel: [400, 300], map: [3, 8]}");
     EXPECT_TRUE(problem_with(line, "on one line"));
 }
 

@@ -35,15 +35,13 @@ std::string number_text(double value) {
 
 std::string fixed_text(double value, int decimals) {
     std::array<char, 400> buffer;
-    const auto [end, status] =
-        std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
+    const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
     return status == std::errc() ? std::string(buffer.data(), end) : number_text(value);
 }
 
 std::string seconds_text(std::int64_t nanoseconds) {
     const bool negative = nanoseconds < 0;
-    const std::uint64_t magnitude =
-        negative ? ~static_cast<std::uint64_t>(nanoseconds) + 1 : static_cast<std::uint64_t>(nanoseconds);
+    const std::uint64_t magnitude = negative ? ~static_cast<std::uint64_t>(nanoseconds) + 1 : static_cast<std::uint64_t>(nanoseconds);
     std::string fraction = std::to_string(magnitude % 1'000'000'000U);
     fraction.insert(0, 9 - fraction.size(), '0');
     while (fraction.size() > 1 && fraction.back() == '0') fraction.pop_back();

@@ -7,9 +7,7 @@
 namespace roomfix {
 namespace {
 
-std::string quoted(const std::string& text) {
-    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string quoted(const std::string& text) { return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace); }
 
 /// A length or angle with as many digits as anybody can use.
 std::string rounded(double value) { return number_text(std::round(value * 1e6) / 1e6); }

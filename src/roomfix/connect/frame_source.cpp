@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 bool is_picture(const fs::path& file) {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending == ".jpg" || ending == ".jpeg" || ending == ".png" || ending == ".pgm" || ending == ".bmp" || ending == ".tif" || ending == ".tiff";
+    return ending == ".jpg" || ending == ".jpeg" || ending == ".png" || ending == ".pgm" || ending == ".ppm" || ending == ".bmp";
 }
 
 class FolderSource : public FrameSource {

@@ -14,7 +14,7 @@ namespace roomfix {
 struct SourceFrame {
     LumaImage image;
     Nanoseconds time = 0;
-    std::string name;    // file name, or the frame's number in a video
+    std::string name;  // file name, or the frame's number in a video
 };
 
 /// Where a camera's frames come from.

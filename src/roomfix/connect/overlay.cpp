@@ -8,14 +8,13 @@
 namespace roomfix {
 namespace {
 
-const cv::Scalar outline_colour(80, 200, 60);   // BGR
+const cv::Scalar outline_colour(80, 200, 60);  // BGR
 const cv::Scalar heading_colour(40, 140, 255);
 
 }  // namespace
 
-Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view,
-                          const std::vector<SilhouetteObservation>& observations, const std::vector<std::string>& labels,
-                          const OverlayOptions& options) {
+Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
+                          const std::vector<std::string>& labels, const OverlayOptions& options) {
     try {
         const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
         cv::Mat picture;

@@ -21,8 +21,7 @@ struct OverlayOptions {
 
 /// Writes the frame with each robot's outline, its heading on the floor and a label as PNG or JPEG. `labels` has one text
 /// per observation.
-Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view,
-                          const std::vector<SilhouetteObservation>& observations, const std::vector<std::string>& labels,
-                          const OverlayOptions& options = {});
+Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
+                          const std::vector<std::string>& labels, const OverlayOptions& options = {});
 
 }  // namespace roomfix

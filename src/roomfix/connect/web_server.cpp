@@ -48,8 +48,7 @@ struct WebServer::Impl {
         server.Get("/api/events", [this](const httplib::Request&, httplib::Response& response) {
             response.set_header("Cache-Control", "no-cache");
             auto seen = std::make_shared<std::uint64_t>(0);
-            response.set_chunked_content_provider("text/event-stream",
-                                                  [this, seen](std::size_t, httplib::DataSink& sink) { return write_event(sink, *seen); });
+            response.set_chunked_content_provider("text/event-stream", [this, seen](std::size_t, httplib::DataSink& sink) { return write_event(sink, *seen); });
         });
         server.Get(R"(/api/cameras/([A-Za-z0-9_-]+)\.jpg)", [this](const httplib::Request& request, httplib::Response& response) {
             std::function<std::vector<std::uint8_t>(const std::string&)> source;

@@ -13,8 +13,8 @@ namespace roomfix {
 
 /// A file that is part of the program.
 struct EmbeddedFile {
-    const char* path;          // as asked for, "/index.html"
-    const char* type;          // MIME type
+    const char* path;  // as asked for, "/index.html"
+    const char* type;  // MIME type
     const unsigned char* data;
     std::size_t size;
 };

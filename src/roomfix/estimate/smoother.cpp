@@ -23,8 +23,7 @@ void Smoother::predict(Track& track, Nanoseconds time) const {
     transition.topRightCorner<2, 2>() = dt * Eigen::Matrix2d::Identity();
     Eigen::Matrix<double, 4, 2> noise;
     noise << 0.5 * dt * dt * Eigen::Matrix2d::Identity(), dt * Eigen::Matrix2d::Identity();
-    track.covariance = transition * track.covariance * transition.transpose() +
-                       settings_.acceleration * settings_.acceleration * noise * noise.transpose();
+    track.covariance = transition * track.covariance * transition.transpose() + settings_.acceleration * settings_.acceleration * noise * noise.transpose();
     track.yaw_variance += settings_.turning * settings_.turning * dt * dt;
     track.time = time;
 }
@@ -34,8 +33,8 @@ double Smoother::distance(const Track& track, const SilhouetteObservation& obser
     // Two robots cannot stand closer than their size; a quarter of it keeps disagreeing cameras and people's swinging arms
     // one target.
     const double slack = 0.25 * half_size(robots_[static_cast<std::size_t>(track.robot)].shape).x();
-    const Eigen::Matrix2d spread = track.covariance.topLeftCorner<2, 2>() + observation.covariance.topLeftCorner<2, 2>() +
-                                   slack * slack * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d spread =
+        track.covariance.topLeftCorner<2, 2>() + observation.covariance.topLeftCorner<2, 2>() + slack * slack * Eigen::Matrix2d::Identity();
     return off.dot(spread.inverse() * off);
 }
 
@@ -95,9 +94,7 @@ void Smoother::add(Nanoseconds time, const std::string& camera, const std::vecto
         }
         predict(track, time);
     }
-    std::erase_if(tracks_, [&](const Track& t) {
-        return to_seconds(time - t.seen) > (t.name.empty() ? 2 * settings_.ok : settings_.forget);
-    });
+    std::erase_if(tracks_, [&](const Track& t) { return to_seconds(time - t.seen) > (t.name.empty() ? 2 * settings_.ok : settings_.forget); });
 
     // Nearest pairs first; each track takes one observation of a frame, each observation goes to one track.
     struct Pair {

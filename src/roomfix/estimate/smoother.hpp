@@ -11,13 +11,13 @@
 namespace roomfix {
 
 struct SmootherSettings {
-    double acceleration = 0.8;      // m/s^2, what robots do between two frames (1 sigma)
-    double turning = 1.0;           // rad/s (1 sigma)
-    double gate = 16;               // squared Mahalanobis distance in x, y beyond which an observation is another robot
-    double coast = 1.0;             // s without observation until a robot is lost, at most as long as it was seen before
-    double forget = 5;              // s until its track is dropped
-    int confirmations = 2;          // observations before a robot is reported at a new place
-    double ok = 0.35;               // s without observation until a fix is coasting
+    double acceleration = 0.8;  // m/s^2, what robots do between two frames (1 sigma)
+    double turning = 1.0;       // rad/s (1 sigma)
+    double gate = 16;           // squared Mahalanobis distance in x, y beyond which an observation is another robot
+    double coast = 1.0;         // s without observation until a robot is lost, at most as long as it was seen before
+    double forget = 5;          // s until its track is dropped
+    int confirmations = 2;      // observations before a robot is reported at a new place
+    double ok = 0.35;           // s without observation until a fix is coasting
 };
 
 /// Names: a robot of which the site has one keeps its id; of many, "ID-1", "ID-2", ... in the order they appear.
@@ -37,11 +37,11 @@ private:
     struct Track {
         int robot;
         std::string name;
-        Nanoseconds time = 0;        // of the state
-        Nanoseconds born = 0;        // first observation
-        Nanoseconds seen = 0;        // last observation
+        Nanoseconds time = 0;  // of the state
+        Nanoseconds born = 0;  // first observation
+        Nanoseconds seen = 0;  // last observation
         int sightings = 0;
-        double presence = 1;         // part of the last frames of its cameras that showed it
+        double presence = 1;                              // part of the last frames of its cameras that showed it
         Eigen::Vector4d state = Eigen::Vector4d::Zero();  // x, y, vx, vy
         Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
         double yaw = 0;

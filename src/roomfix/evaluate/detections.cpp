@@ -4,8 +4,7 @@
 
 namespace roomfix {
 
-void count_frame(const std::vector<Eigen::Vector2d>& targets, const std::vector<Eigen::Vector2d>& detections, double gate,
-                 DetectionCount& count) {
+void count_frame(const std::vector<Eigen::Vector2d>& targets, const std::vector<Eigen::Vector2d>& detections, double gate, DetectionCount& count) {
     struct Pair {
         double distance;
         std::size_t target, detection;

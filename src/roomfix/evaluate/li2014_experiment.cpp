@@ -251,10 +251,10 @@ std::string li2014_table(const Li2014Report& report) {
         printed.push_back(points[p].printed_error);
         recomputed.push_back(again);
         const auto centimetres = [](double sum, int n) { return n > 0 ? fmt::format("{:.2f}", 100 * sum / n) : std::string("-"); };
-        text += fmt::format("  ({:6.1f},{:6.1f})    {:3}   {:7.2f}  {:9.2f}  | {:>12} {:>9} {:>8} ({})\n", 100 * points[p].actual.x(),
-                            100 * points[p].actual.y(), points[p].camera + 1, 100 * points[p].printed_error, 100 * again,
-                            centimetres(published, published_count), centimetres(ours, ours_count), centimetres(bound, count),
-                            centimetres(bound_pixels, count));
+        text +=
+            fmt::format("  ({:6.1f},{:6.1f})    {:3}   {:7.2f}  {:9.2f}  | {:>12} {:>9} {:>8} ({})\n", 100 * points[p].actual.x(), 100 * points[p].actual.y(),
+                        points[p].camera + 1, 100 * points[p].printed_error, 100 * again, centimetres(published, published_count),
+                        centimetres(ours, ours_count), centimetres(bound, count), centimetres(bound_pixels, count));
     }
     const Summary ours = summarise(report.position_errors());
     const Summary published = summarise(report.published_errors());
@@ -265,8 +265,8 @@ std::string li2014_table(const Li2014Report& report) {
     };
     text += row("mean", summarise(printed).mean, summarise(recomputed).mean, published, ours, &Summary::mean);
     text += row("max", summarise(printed).max, summarise(recomputed).max, published, ours, &Summary::max);
-    text += fmt::format("  {} fixes, {} lost; yaw error (modulo 90 deg): rms {:.2f} deg, max {:.2f} deg; mean NEES {:.2f} (3 unknowns)\n",
-                        ours.count, report.lost(), degrees(yaw.rms), degrees(yaw.max), report.mean_nees());
+    text += fmt::format("  {} fixes, {} lost; yaw error (modulo 90 deg): rms {:.2f} deg, max {:.2f} deg; mean NEES {:.2f} (3 unknowns)\n", ours.count,
+                        report.lost(), degrees(yaw.rms), degrees(yaw.max), report.mean_nees());
     return text;
 }
 

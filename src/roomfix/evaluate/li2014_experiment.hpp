@@ -15,26 +15,26 @@ namespace roomfix {
 
 struct Li2014Options {
     std::uint64_t seed = 1;
-    int seeds = 3;              // runs with other noise, clicks, robot headings and size errors
-    int fixes_per_point = 1;    // with other headings and noise
-    double hidden = 0;          // part of the robot that something stands in front of
-    double light = 1;           // light of the frames against the background's
-    bool scatter = false;       // place the robot anywhere within 0.4 m of the test points instead of on them
-    bool published = true;      // run the published method too
+    int seeds = 3;            // runs with other noise, clicks, robot headings and size errors
+    int fixes_per_point = 1;  // with other headings and noise
+    double hidden = 0;        // part of the robot that something stands in front of
+    double light = 1;         // light of the frames against the background's
+    bool scatter = false;     // place the robot anywhere within 0.4 m of the test points instead of on them
+    bool published = true;    // run the published method too
 };
 
 /// One fix of one test point.
 struct Li2014Trial {
-    int point = 0;              // index in li2014_test_points()
+    int point = 0;  // index in li2014_test_points()
     std::uint64_t seed = 0;
     Pose2 truth;
     std::optional<Pose2> ours;  // nothing: no fix
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d error = Eigen::Vector3d::Zero();       // ours - truth, yaw modulo a quarter turn
-    std::optional<Eigen::Vector2d> published;              // m
-    double bound = 0;           // m: root of the trace of the position bound, calibration included
-    double bound_pixels = 0;    // m: without the calibration's part
-    std::string reason;         // why there is no fix
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  // ours - truth, yaw modulo a quarter turn
+    std::optional<Eigen::Vector2d> published;         // m
+    double bound = 0;                                 // m: root of the trace of the position bound, calibration included
+    double bound_pixels = 0;                          // m: without the calibration's part
+    std::string reason;                               // why there is no fix
 };
 
 struct Li2014Report {

@@ -6,8 +6,8 @@
 
 namespace roomfix {
 
-OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const Matrix6d& calibration,
-                           const ShapePoints& shape, const Pose2& truth, const SensorModel& sensor) {
+OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const Matrix6d& calibration, const ShapePoints& shape,
+                           const Pose2& truth, const SensorModel& sensor) {
     OutlineBound bound;
     const Silhouette silhouette = project_silhouette(true_view, shape, truth);
     if (!silhouette.valid()) return bound;

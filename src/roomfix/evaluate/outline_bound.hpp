@@ -16,7 +16,7 @@ struct OutlineBound {
     Eigen::Matrix3d pixels = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d with_calibration = Eigen::Matrix3d::Zero();
 };
-OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const Matrix6d& calibration,
-                           const ShapePoints& shape, const Pose2& truth, const SensorModel& sensor);
+OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const Matrix6d& calibration, const ShapePoints& shape,
+                           const Pose2& truth, const SensorModel& sensor);
 
 }  // namespace roomfix

@@ -16,8 +16,7 @@ Eigen::Vector2d distort(const CameraModel& model, const Eigen::Vector2d& p, Eige
     if (jacobian) {
         const double slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3));  // d(radial)/d(r^2) * 2
         const double cross = slope * x * y + 2 * p1 * x + 2 * p2 * y;
-        *jacobian << radial + slope * x * x + 2 * p1 * y + 6 * p2 * x, cross, cross,
-            radial + slope * y * y + 6 * p1 * y + 2 * p2 * x;
+        *jacobian << radial + slope * x * x + 2 * p1 * y + 6 * p2 * x, cross, cross, radial + slope * y * y + 6 * p1 * y + 2 * p2 * x;
     }
     return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
 }
@@ -72,15 +71,13 @@ void CameraModel::prepare() {
     }
 }
 
-CameraModel make_camera_model(int width, int height, double fx, double fy, double cx, double cy,
-                              const std::array<double, 5>& distortion) {
+CameraModel make_camera_model(int width, int height, double fx, double fy, double cx, double cy, const std::array<double, 5>& distortion) {
     CameraModel model{width, height, fx, fy, cx, cy, distortion};
     model.prepare();
     return model;
 }
 
-std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Vector3d& point_camera,
-                                       ProjectionJacobian* jacobian) {
+std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Vector3d& point_camera, ProjectionJacobian* jacobian) {
     if (!(point_camera.z() > 1e-9)) return std::nullopt;
     const double inverse_z = 1 / point_camera.z();
     const Eigen::Vector2d normalised = point_camera.head<2>() * inverse_z;
@@ -96,8 +93,7 @@ std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Ve
     return Eigen::Vector2d(model.fx * bent.x() + model.cx, model.fy * bent.y() + model.cy);
 }
 
-std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel,
-                                         Eigen::Matrix2d* jacobian) {
+std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
     const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
     const double distorted_radius = target.norm();
     if (!std::isfinite(distorted_radius)) return std::nullopt;

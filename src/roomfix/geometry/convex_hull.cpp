@@ -24,9 +24,7 @@ int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, s
         return count;
     }
     int size = 0;
-    const auto at = [&](int i) -> const Eigen::Vector2d& {
-        return points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])];
-    };
+    const auto at = [&](int i) -> const Eigen::Vector2d& { return points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])]; };
     const auto push = [&](int index, int floor) {
         while (size >= floor && turn(at(size - 2), at(size - 1), points[static_cast<std::size_t>(index)]) <= 0) --size;
         hull[static_cast<std::size_t>(size++)] = index;

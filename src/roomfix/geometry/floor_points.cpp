@@ -81,8 +81,8 @@ std::optional<Eigen::Isometry3d> pose_from_homography(const Eigen::Matrix3d& h, 
 }
 
 struct Fit {
-    Matrix6d information;      // J^T J, px^-2
-    Vector6d gradient;         // J^T residual
+    Matrix6d information;  // J^T J, px^-2
+    Vector6d gradient;     // J^T residual
     double sum_of_squares = 0;
     int worst = 0;
     double worst_error = 0;
@@ -133,20 +133,19 @@ std::optional<Fit> refine(View& view, const std::vector<FloorPoint>& points) {
 
 }  // namespace
 
-Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, const std::vector<FloorPoint>& points,
-                                                      double sigma) {
+Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, const std::vector<FloorPoint>& points, double sigma) {
     if (points.size() < 4) {
-        return Error{fmt::format("{} floor points given, four or more are needed: add points whose place on the floor you know",
-                                 points.size())};
+        return Error{fmt::format("{} floor points given, four or more are needed: add points whose place on the floor you know", points.size())};
     }
     Points floor;
     Points rays;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const auto ray = unproject(model, points[i].pixel);
         if (!ray) {
-            return Error{fmt::format("floor point {} at pixel ({:g}, {:g}) is outside what the lens model can see: check the "
-                                     "pixel, the intrinsics and the distortion",
-                                     i + 1, points[i].pixel.x(), points[i].pixel.y())};
+            return Error{
+                fmt::format("floor point {} at pixel ({:g}, {:g}) is outside what the lens model can see: check the "
+                            "pixel, the intrinsics and the distortion",
+                            i + 1, points[i].pixel.x(), points[i].pixel.y())};
         }
         floor.push_back(points[i].map);
         rays.push_back(*ray);
@@ -157,16 +156,18 @@ Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, 
 
     const auto start = pose_from_homography(homography(floor, rays), floor);
     if (!start) {
-        return Error{"no camera above the floor sees these floor points like this: check their order, and that map x and y "
-                     "are right-handed seen from above"};
+        return Error{
+            "no camera above the floor sees these floor points like this: check their order, and that map x and y "
+            "are right-handed seen from above"};
     }
     View view{model, {*start, Matrix6d::Zero()}};
     const auto fit = refine(view, points);
     if (!fit) return Error{"the camera pose could not be refined on the floor points: check the pixels and the intrinsics"};
     const Eigen::SelfAdjointEigenSolver<Matrix6d> spectrum(fit->information);
     if (!(spectrum.eigenvalues()[0] > 1e-9 * spectrum.eigenvalues()[5])) {
-        return Error{"the floor points do not fix the camera's pose (three of them on one line and the rest too close): add "
-                     "points that span an area"};
+        return Error{
+            "the floor points do not fix the camera's pose (three of them on one line and the rest too close): add "
+            "points that span an area"};
     }
 
     FloorPointsPose result;

@@ -17,9 +17,9 @@ struct FloorPoint {
 
 struct FloorPointsPose {
     UncertainPose3 map_from_camera;
-    double rms = 0;              // px, per coordinate, corrected for the six fitted numbers; 0 with four points means little
-    int worst = 0;               // index of the point that fits worst
-    double worst_error = 0;      // px
+    double rms = 0;          // px, per coordinate, corrected for the six fitted numbers; 0 with four points means little
+    int worst = 0;           // index of the point that fits worst
+    double worst_error = 0;  // px
 };
 
 /// The pose that explains four or more floor points: closed form (homography), then Levenberg-Marquardt on the pixel
@@ -27,7 +27,6 @@ struct FloorPointsPose {
 /// covariance grows to what they show. Errors: fewer than four points, points (nearly) on one line, pixels that the lens
 /// model cannot see, or no camera above the floor that fits.
 /// Source: planar homography as in Zhang 2000, section 2; sign and scale from the camera being above the floor.
-Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, const std::vector<FloorPoint>& points,
-                                                      double sigma);
+Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, const std::vector<FloorPoint>& points, double sigma);
 
 }  // namespace roomfix

@@ -18,9 +18,7 @@ inline double wrap_angle(double radians) {
 }
 
 /// The representative of `radians` modulo `period` that is nearest to `reference`.
-inline double nearest_angle(double radians, double reference, double period) {
-    return reference + std::remainder(radians - reference, period);
-}
+inline double nearest_angle(double radians, double reference, double period) { return reference + std::remainder(radians - reference, period); }
 
 constexpr double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 constexpr double radians(double degrees) { return degrees * std::numbers::pi / 180; }

@@ -4,8 +4,7 @@
 
 namespace roomfix {
 
-std::optional<Eigen::Vector2d> project_map_point(const View& view, const Eigen::Vector3d& point_map,
-                                                 ViewJacobian* jacobian) {
+std::optional<Eigen::Vector2d> project_map_point(const View& view, const Eigen::Vector3d& point_map, ViewJacobian* jacobian) {
     const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();
     const Eigen::Vector3d offset_map = point_map - view.position();
     ProjectionJacobian by_camera_point;

@@ -24,14 +24,13 @@ struct ViewJacobian {
 };
 
 /// The pixel of a point of the map (m); nothing where project() gives nothing.
-std::optional<Eigen::Vector2d> project_map_point(const View& view, const Eigen::Vector3d& point_map,
-                                                 ViewJacobian* jacobian = nullptr);
+std::optional<Eigen::Vector2d> project_map_point(const View& view, const Eigen::Vector3d& point_map, ViewJacobian* jacobian = nullptr);
 
 /// Where a pixel's ray meets the horizontal plane z = height (m, map).
 struct PlanePoint {
-    Eigen::Vector2d point;                         // m, map x and y
-    Eigen::Matrix2d by_pixel;                      // m/px
-    Eigen::Matrix<double, 2, 6> by_pose;           // m by the error vector of UncertainPose3
+    Eigen::Vector2d point;                // m, map x and y
+    Eigen::Matrix2d by_pixel;             // m/px
+    Eigen::Matrix<double, 2, 6> by_pose;  // m by the error vector of UncertainPose3
 };
 
 /// Nothing if the ray runs parallel to the plane or away from it, or the pixel has no ray.

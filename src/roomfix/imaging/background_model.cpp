@@ -78,8 +78,7 @@ void for_marked(const std::uint64_t* a, const std::uint64_t* b, int words, Visit
 
 }  // namespace
 
-BackgroundModel::BackgroundModel(int width, int height, const std::vector<float>& mean, const std::vector<float>& noise,
-                                 const BackgroundSettings& settings)
+BackgroundModel::BackgroundModel(int width, int height, const std::vector<float>& mean, const std::vector<float>& noise, const BackgroundSettings& settings)
     : settings_(settings), mean_(width, height), limit_(width, height) {
     const auto stride = static_cast<std::size_t>(mean_.view().stride);
     mean_fine_.assign(stride * static_cast<std::size_t>(height), 0);
@@ -91,8 +90,8 @@ BackgroundModel::BackgroundModel(int width, int height, const std::vector<float>
             mean_fine_[to] = static_cast<std::uint16_t>(std::lround(std::clamp(mean[from], 0.0f, 255.0f) * 256));
             deviation_[to] = static_cast<std::uint16_t>(std::lround(static_cast<double>(std::clamp(noise[from], 0.2f, 60.0f)) / sigma_per_deviation * 256));
             mean_.row(y)[x] = static_cast<std::uint8_t>(std::min(mean_fine_[to] + 128, 65535) >> 8);
-            limit_.row(y)[x] = static_cast<std::uint8_t>(std::min<int>(
-                settings.limit_floor + ((deviation_[to] * limit_factor(settings)) >> 16) + (mean_.row(y)[x] >> 6), 255));
+            limit_.row(y)[x] = static_cast<std::uint8_t>(
+                std::min<int>(settings.limit_floor + ((deviation_[to] * limit_factor(settings)) >> 16) + (mean_.row(y)[x] >> 6), 255));
         }
     }
 }
@@ -303,10 +302,9 @@ void BackgroundModel::refresh(LumaView frame, const Foreground& foreground, cons
                 inverse_gain[static_cast<std::size_t>(w)] = static_cast<std::uint16_t>(std::min(32768 * 1024 / gain[w], 65535));
             }
             const auto start = stride + static_cast<std::size_t>(first) * 64;
-            simd::refresh_row({padded(y) + first * 64, keep.row(y) + first, inverse_gain.data(), mean_fine_.data() + start,
-                               deviation_.data() + start, mean_.row(y) + first * 64, limit_.row(y) + first * 64, part,
-                               settings_.mean_shift, settings_.noise_shift, limit_factor(settings_),
-                               static_cast<std::uint8_t>(settings_.limit_floor)});
+            simd::refresh_row({padded(y) + first * 64, keep.row(y) + first, inverse_gain.data(), mean_fine_.data() + start, deviation_.data() + start,
+                               mean_.row(y) + first * 64, limit_.row(y) + first * 64, part, settings_.mean_shift, settings_.noise_shift,
+                               limit_factor(settings_), static_cast<std::uint8_t>(settings_.limit_floor)});
         }
         if (++next_row_ == height()) {
             next_row_ = 0;

@@ -10,28 +10,28 @@
 namespace roomfix {
 
 struct BackgroundSettings {
-    double limit_sigmas = 5;        // a pixel is foreground if it is off by more than this many standard deviations ...
-    int limit_floor = 3;            // ... plus this many grey levels
-    double shadow_darkest = 0.5;    // a shadow leaves at least this part of the grey level
+    double limit_sigmas = 5;           // a pixel is foreground if it is off by more than this many standard deviations ...
+    int limit_floor = 3;               // ... plus this many grey levels
+    double shadow_darkest = 0.5;       // a shadow leaves at least this part of the grey level
     double largest_local_gain = 0.10;  // a block's gain may differ from the whole frame's by this part, else it is covered
-    int refresh_passes = 64;        // frames that one pass of the selective refresh over the image takes
-    int mean_shift = 2;             // each pass moves the mean by 1/4 of the difference
-    int noise_shift = 4;            // and the noise by 1/16
+    int refresh_passes = 64;           // frames that one pass of the selective refresh over the image takes
+    int mean_shift = 2;                // each pass moves the mean by 1/4 of the difference
+    int noise_shift = 4;               // and the noise by 1/16
 };
 
 /// What differs from the background in one frame.
 struct Foreground {
-    BitMask mask;                     // differs by more than the noise
-    BitMask shadow;                   // subset: darker, and no structure that the background has not: may be a shadow
-    std::vector<std::uint16_t> gain;  // frame / background light per block, 1024 = 1
-    std::vector<float> ratios;        // working memory: measured light ratio per block
-    std::vector<float> sorted;        // working memory
-    std::vector<float> across;        // working memory: ratios summed over neighbouring blocks
-    std::vector<int> sums;            // working memory
-    std::vector<std::uint64_t> thick; // working memory: which words of a row hold three set bits side by side
-    BitMask scratch;                  // working memory
-    float global_gain = 1;            // median over the blocks
-    double covered = 0;               // part of the blocks whose light does not go with the rest: 0..1
+    BitMask mask;                      // differs by more than the noise
+    BitMask shadow;                    // subset: darker, and no structure that the background has not: may be a shadow
+    std::vector<std::uint16_t> gain;   // frame / background light per block, 1024 = 1
+    std::vector<float> ratios;         // working memory: measured light ratio per block
+    std::vector<float> sorted;         // working memory
+    std::vector<float> across;         // working memory: ratios summed over neighbouring blocks
+    std::vector<int> sums;             // working memory
+    std::vector<std::uint64_t> thick;  // working memory: which words of a row hold three set bits side by side
+    BitMask scratch;                   // working memory
+    float global_gain = 1;             // median over the blocks
+    double covered = 0;                // part of the blocks whose light does not go with the rest: 0..1
 };
 
 struct BackgroundRow;
@@ -45,8 +45,7 @@ public:
 
     BackgroundModel() = default;
     /// mean, noise: row-major, width * height; grey levels and their standard deviation.
-    BackgroundModel(int width, int height, const std::vector<float>& mean, const std::vector<float>& noise,
-                    const BackgroundSettings& settings = {});
+    BackgroundModel(int width, int height, const std::vector<float>& mean, const std::vector<float>& noise, const BackgroundSettings& settings = {});
 
     bool empty() const { return mean_.empty(); }
     int width() const { return mean_.width(); }
@@ -90,7 +89,7 @@ private:
     void find_shadow(LumaView frame, Foreground& result) const;
 
     BackgroundSettings settings_;
-    LumaImage mean_;                       // rounded mean_fine_
+    LumaImage mean_;  // rounded mean_fine_
     LumaImage limit_;
     std::vector<std::uint16_t> mean_fine_;  // 1/256 grey level; rows of mean_.stride
     std::vector<std::uint16_t> deviation_;  // mean absolute deviation, 1/256 grey level

@@ -4,8 +4,8 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "roomfix/imaging/background_rows.cpp"
-#include <hwy/foreach_target.h>
 #include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -32,18 +32,10 @@ using ShortVector = hn::Vec<Shorts>;
 
 HWY_INLINE ShortVector even_bytes(ByteVector v) { return hn::And(hn::BitCast(shorts, v), hn::Set(shorts, 0x00ff)); }
 HWY_INLINE ShortVector odd_bytes(ByteVector v) { return hn::ShiftRight<8>(hn::BitCast(shorts, v)); }
-HWY_INLINE ByteVector interleave(ShortVector even, ShortVector odd) {
-    return hn::BitCast(bytes, hn::Or(even, hn::ShiftLeft<8>(odd)));
-}
-HWY_INLINE ByteVector distance(ByteVector a, ByteVector b) {
-    return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a));
-}
-HWY_INLINE ShortVector distance(ShortVector a, ShortVector b) {
-    return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a));
-}
-HWY_INLINE hn::Mask<Bytes> exceeds(ByteVector value, ByteVector limit) {
-    return hn::Ne(hn::SaturatedSub(value, limit), hn::Zero(bytes));
-}
+HWY_INLINE ByteVector interleave(ShortVector even, ShortVector odd) { return hn::BitCast(bytes, hn::Or(even, hn::ShiftLeft<8>(odd))); }
+HWY_INLINE ByteVector distance(ByteVector a, ByteVector b) { return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a)); }
+HWY_INLINE ShortVector distance(ShortVector a, ShortVector b) { return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a)); }
+HWY_INLINE hn::Mask<Bytes> exceeds(ByteVector value, ByteVector limit) { return hn::Ne(hn::SaturatedSub(value, limit), hn::Zero(bytes)); }
 
 HWY_INLINE ShortVector lit(ShortVector mean, ShortVector gain) {
     const auto fine = hn::Add(hn::ShiftLeft<6>(mean), hn::Set(shorts, 32));
@@ -92,8 +84,7 @@ void ClassifyRow(const BackgroundRow& row, std::uint64_t* words) {
     }
 }
 
-void ShadowRowBits(const simd::ShadowRow& shadow_row, int first, int last, const std::uint64_t* foreground,
-                   std::uint64_t* shadow) {
+void ShadowRowBits(const simd::ShadowRow& shadow_row, int first, int last, const std::uint64_t* foreground, std::uint64_t* shadow) {
     const BackgroundRow& row = shadow_row.row;
     const int lanes = static_cast<int>(hn::Lanes(bytes));
     const auto darkest = hn::Set(shorts, shadow_row.darkest);
@@ -117,8 +108,7 @@ void ShadowRowBits(const simd::ShadowRow& shadow_row, int first, int last, const
             const auto known_x = distance(hn::LoadU(bytes, row.mean + x + 2), hn::LoadU(bytes, row.mean + x - 2));
             const auto step_y = distance(hn::LoadU(bytes, shadow_row.frame_below + x), hn::LoadU(bytes, shadow_row.frame_above + x));
             const auto known_y = distance(hn::LoadU(bytes, shadow_row.mean_below + x), hn::LoadU(bytes, shadow_row.mean_above + x));
-            const auto structured = hn::Or(exceeds(step_x, hn::SaturatedAdd(known_x, limit)),
-                                           exceeds(step_y, hn::SaturatedAdd(known_y, limit)));
+            const auto structured = hn::Or(exceeds(step_x, hn::SaturatedAdd(known_x, limit)), exceeds(step_y, hn::SaturatedAdd(known_y, limit)));
             shadow[w] |= store_bits(hn::AndNot(structured, darker)) << i;
         }
         shadow[w] &= foreground[w];
@@ -174,8 +164,8 @@ void RefreshRowBits(const RefreshRow& row) {
             hn::StoreU(new_deviation, shorts, row.deviation + x);
 
             const auto rounded = hn::ShiftRight<8>(hn::SaturatedAdd(new_mean, hn::Set(shorts, 128)));
-            const auto limit = hn::Add(hn::Add(hn::Set(shorts, row.limit_floor), hn::ShiftRight<6>(rounded)),
-                                       hn::MulHigh(new_deviation, hn::Set(shorts, row.limit_factor)));
+            const auto limit =
+                hn::Add(hn::Add(hn::Set(shorts, row.limit_floor), hn::ShiftRight<6>(rounded)), hn::MulHigh(new_deviation, hn::Set(shorts, row.limit_factor)));
             const auto old_limit = hn::PromoteTo(shorts, hn::LoadU(narrow, row.limit + x));
             const auto kept_limit = hn::IfThenElse(keep, old_limit, hn::Min(limit, hn::Set(shorts, 255)));
             const auto old_mean = hn::PromoteTo(shorts, hn::LoadU(narrow, row.mean + x));

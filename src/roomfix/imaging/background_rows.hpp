@@ -33,8 +33,8 @@ struct BlockRows {
 
 struct RefreshRow {
     const std::uint8_t* frame;
-    const std::uint64_t* keep;            // bit set: leave this pixel alone
-    const std::uint16_t* inverse_gain;    // 32768 = 1
+    const std::uint64_t* keep;          // bit set: leave this pixel alone
+    const std::uint16_t* inverse_gain;  // 32768 = 1
     std::uint16_t* mean_fine;
     std::uint16_t* deviation;
     std::uint8_t* mean;
@@ -42,7 +42,7 @@ struct RefreshRow {
     int words;
     int mean_shift;
     int noise_shift;
-    std::uint16_t limit_factor;           // limit = limit_floor + deviation * factor / 2^16 + mean / 64
+    std::uint16_t limit_factor;  // limit = limit_floor + deviation * factor / 2^16 + mean / 64
     std::uint8_t limit_floor;
 };
 
@@ -57,7 +57,7 @@ struct ShadowRow {
     const std::uint8_t* frame_below;
     const std::uint8_t* mean_above;
     const std::uint8_t* mean_below;
-    std::uint16_t darkest;                // of 65536
+    std::uint16_t darkest;  // of 65536
 };
 void shadow_row(const ShadowRow& row, int first, int last, const std::uint64_t* foreground, std::uint64_t* shadow);
 void block_sums(const BlockRows& rows, PairSum* sums);

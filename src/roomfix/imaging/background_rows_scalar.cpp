@@ -25,8 +25,7 @@ void classify_row(const BackgroundRow& row, std::uint64_t* words) {
     }
 }
 
-void shadow_row(const simd::ShadowRow& shadow_row, int first, int last, const std::uint64_t* foreground,
-                std::uint64_t* shadow) {
+void shadow_row(const simd::ShadowRow& shadow_row, int first, int last, const std::uint64_t* foreground, std::uint64_t* shadow) {
     const BackgroundRow& row = shadow_row.row;
     for (int w = first; w < last; ++w) {
         std::uint64_t bits = 0;
@@ -71,11 +70,10 @@ void refresh_row(const RefreshRow& row) {
         row.mean_fine[x] = static_cast<std::uint16_t>(mean + (light > mean ? off >> row.mean_shift : -(off >> row.mean_shift)));
         const int deviation = row.deviation[x];
         const int usual = std::min(off, 16 << 8);
-        row.deviation[x] = static_cast<std::uint16_t>(
-            usual > deviation ? deviation + ((usual - deviation) >> row.noise_shift) : deviation - ((deviation - usual) >> row.noise_shift));
+        row.deviation[x] = static_cast<std::uint16_t>(usual > deviation ? deviation + ((usual - deviation) >> row.noise_shift)
+                                                                        : deviation - ((deviation - usual) >> row.noise_shift));
         row.mean[x] = static_cast<std::uint8_t>(std::min(row.mean_fine[x] + 128, 65535) >> 8);
-        row.limit[x] = static_cast<std::uint8_t>(
-            std::min(row.limit_floor + ((row.deviation[x] * row.limit_factor) >> 16) + (row.mean[x] >> 6), 255));
+        row.limit[x] = static_cast<std::uint8_t>(std::min(row.limit_floor + ((row.deviation[x] * row.limit_factor) >> 16) + (row.mean[x] >> 6), 255));
     }
 }
 

@@ -25,8 +25,7 @@ void neighbourhood(const BitMask& mask, BitMask& result, std::uint64_t outside, 
     for (int y = std::max(first, 0); y < std::min(last, mask.height()); ++y) {
         // Where can the result differ from zero? Clear what the last use left there.
         WordSpan& target = result.span(y);
-        const bool alone = mask.span(y).empty() && (!grows || ((y == 0 || mask.span(y - 1).empty()) &&
-                                                               (y + 1 == mask.height() || mask.span(y + 1).empty())));
+        const bool alone = mask.span(y).empty() && (!grows || ((y == 0 || mask.span(y - 1).empty()) && (y + 1 == mask.height() || mask.span(y + 1).empty())));
         if (alone && target.empty()) continue;
         std::fill(result.row(y) + target.first, result.row(y) + std::max(target.first, target.last), 0);
         WordSpan reach = mask.span(y);

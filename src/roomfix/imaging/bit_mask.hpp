@@ -29,9 +29,7 @@ public:
     int height() const { return height_; }
     int words() const { return words_; }
     std::uint64_t* row(int y) { return bits_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(words_); }
-    const std::uint64_t* row(int y) const {
-        return bits_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(words_);
-    }
+    const std::uint64_t* row(int y) const { return bits_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(words_); }
     WordSpan& span(int y) { return spans_[static_cast<std::size_t>(y)]; }
     const WordSpan& span(int y) const { return spans_[static_cast<std::size_t>(y)]; }
 

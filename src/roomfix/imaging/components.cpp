@@ -23,8 +23,15 @@ int ComponentFinder::join(int a, int b) {
     parents_[static_cast<std::size_t>(b)] = a;
     Sums& to = sums_[static_cast<std::size_t>(a)];
     const Sums& from = sums_[static_cast<std::size_t>(b)];
-    to = {to.area + from.area, to.x + from.x, to.y + from.y, to.xx + from.xx, to.xy + from.xy, to.yy + from.yy,
-          std::min(to.left, from.left), std::min(to.top, from.top), std::max(to.right, from.right),
+    to = {to.area + from.area,
+          to.x + from.x,
+          to.y + from.y,
+          to.xx + from.xx,
+          to.xy + from.xy,
+          to.yy + from.yy,
+          std::min(to.left, from.left),
+          std::min(to.top, from.top),
+          std::max(to.right, from.right),
           std::max(to.bottom, from.bottom)};
     return a;
 }

@@ -16,8 +16,8 @@ struct Component {
     int top = 0;
     int right = 0;
     int bottom = 0;
-    Eigen::Vector2d centroid = Eigen::Vector2d::Zero();      // px
-    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();    // second central moments / area, px^2
+    Eigen::Vector2d centroid = Eigen::Vector2d::Zero();    // px
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // second central moments / area, px^2
 };
 
 /// Finds components; keeps its memory between frames.

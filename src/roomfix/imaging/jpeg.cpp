@@ -34,9 +34,7 @@ void install(jpeg_decompress_struct& codec, ErrorManager& manager) {
     manager.base.emit_message = note_damage;
 }
 
-Error damaged(const ErrorManager& manager) {
-    return {fmt::format("damaged or truncated JPEG ({}): record or copy the picture again", manager.text)};
-}
+Error damaged(const ErrorManager& manager) { return {fmt::format("damaged or truncated JPEG ({}): record or copy the picture again", manager.text)}; }
 
 /// Reads the header and sets up a grey, scaled decoder. False if the requested crop does not fit.
 bool start(jpeg_decompress_struct& codec, std::span<const std::uint8_t> bytes, const JpegOptions& options) {
@@ -48,9 +46,8 @@ bool start(jpeg_decompress_struct& codec, std::span<const std::uint8_t> bytes, c
     jpeg_calc_output_dimensions(&codec);
     const int width = static_cast<int>(codec.output_width);
     const int height = static_cast<int>(codec.output_height);
-    return options.crop_x >= 0 && options.crop_y >= 0 && options.crop_width >= 0 && options.crop_height >= 0 &&
-           options.crop_x < width && options.crop_y < height && options.crop_width <= width - options.crop_x &&
-           options.crop_height <= height - options.crop_y;
+    return options.crop_x >= 0 && options.crop_y >= 0 && options.crop_width >= 0 && options.crop_height >= 0 && options.crop_x < width &&
+           options.crop_y < height && options.crop_width <= width - options.crop_x && options.crop_height <= height - options.crop_y;
 }
 
 /// Decodes the rows of the crop into `image`. libjpeg crops to whole blocks, so each row passes through `line`.
@@ -114,8 +111,8 @@ Result<void> decode_jpeg_luma(std::span<const std::uint8_t> bytes, LumaImage& im
     jpeg_create_decompress(&codec);
     if (!start(codec, bytes, options)) {
         jpeg_destroy_decompress(&codec);
-        return Error{fmt::format("the requested part ({}, {}) {} x {} is outside the {} x {} picture", options.crop_x, options.crop_y,
-                                 options.crop_width, options.crop_height, codec.output_width, codec.output_height)};
+        return Error{fmt::format("the requested part ({}, {}) {} x {} is outside the {} x {} picture", options.crop_x, options.crop_y, options.crop_width,
+                                 options.crop_height, codec.output_width, codec.output_height)};
     }
     const int full_width = static_cast<int>(codec.output_width);
     const int full_height = static_cast<int>(codec.output_height);

@@ -2,11 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 namespace roomfix {
+namespace {
+
+/// True for the formats that are handed to OpenCV: PNG, BMP and PNM (P2 to P6). It knows many more, down to those of medicine and
+/// geography, and some of their decoders end the program when the bytes are damaged.
+bool known_format(std::span<const std::uint8_t> bytes) {
+    const auto starts_with = [&](std::string_view text) {
+        return bytes.size() >= text.size() &&
+               std::equal(text.begin(), text.end(), bytes.begin(), [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; });
+    };
+    if (starts_with("\x89PNG\r\n\x1a\n") || starts_with("BM")) return true;
+    const std::string_view space = " \t\n\r";
+    return bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '2' && bytes[1] <= '6' && space.find(static_cast<char>(bytes[2])) != space.npos;
+}
+
+}  // namespace
 
 Result<void> luma_from_mat(const cv::Mat& mat, LumaImage& image) {
     if (mat.empty()) return Error{"the picture is empty"};
@@ -19,10 +36,17 @@ Result<void> luma_from_mat(const cv::Mat& mat, LumaImage& image) {
         image.resize(mat.cols, mat.rows);
         cv::Mat grey(mat.rows, mat.cols, CV_8UC1, image.row(0), static_cast<std::size_t>(image.view().stride));
         switch (mat.channels()) {
-            case 1: narrow.copyTo(grey); break;
-            case 3: cv::cvtColor(narrow, grey, cv::COLOR_BGR2GRAY); break;
-            case 4: cv::cvtColor(narrow, grey, cv::COLOR_BGRA2GRAY); break;
-            default: return Error{fmt::format("a picture with {} channels is not grey, BGR or BGRA", mat.channels())};
+            case 1:
+                narrow.copyTo(grey);
+                break;
+            case 3:
+                cv::cvtColor(narrow, grey, cv::COLOR_BGR2GRAY);
+                break;
+            case 4:
+                cv::cvtColor(narrow, grey, cv::COLOR_BGRA2GRAY);
+                break;
+            default:
+                return Error{fmt::format("a picture with {} channels is not grey, BGR or BGRA", mat.channels())};
         }
     } catch (const cv::Exception& problem) {
         return Error{fmt::format("OpenCV could not convert the picture: {}", problem.err)};
@@ -33,10 +57,11 @@ Result<void> luma_from_mat(const cv::Mat& mat, LumaImage& image) {
 Result<void> decode_luma(std::span<const std::uint8_t> bytes, LumaImage& image) {
     if (bytes.empty()) return Error{"the picture has no bytes"};
     if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8) return decode_jpeg_luma(bytes, image);
+    if (!known_format(bytes)) return Error{"not a picture, or one of a format that is not read: use JPEG or PNG (BMP, PGM and PPM are read too)"};
     try {
         const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data()));
         const cv::Mat decoded = cv::imdecode(raw, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
-        if (decoded.empty()) return Error{"not a picture that can be read, or damaged: use PNG or JPEG"};
+        if (decoded.empty()) return Error{"the picture is damaged: its first bytes are right, but it cannot be decoded"};
         return luma_from_mat(decoded, image);
     } catch (const std::exception& problem) {
         return Error{fmt::format("the picture could not be decoded ({}): use PNG or JPEG", problem.what())};
@@ -68,8 +93,7 @@ Result<LumaImage> load_luma(const std::filesystem::path& file) {
 }
 
 Result<void> save_luma(const std::filesystem::path& file, LumaView image) {
-    const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data),
-                       static_cast<std::size_t>(image.stride));
+    const cv::Mat grey(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.data), static_cast<std::size_t>(image.stride));
     try {
         std::vector<int> options;
         if (file.extension() == ".jpg") options = {cv::IMWRITE_JPEG_QUALITY, 92};

@@ -14,14 +14,14 @@ enum class FixStatus { ok, coasting, none };
 
 struct Fix {
     Nanoseconds time = 0;
-    std::string robot;           // empty if none was found
+    std::string robot;  // empty if none was found
     FixStatus status = FixStatus::none;
     Pose2 pose;
     bool yaw_known = true;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad
     std::vector<std::string> sources;
-    std::string image;           // the picture it comes from, if it comes from one
-    std::string reason;          // for status none, in plain words
+    std::string image;   // the picture it comes from, if it comes from one
+    std::string reason;  // for status none, in plain words
     std::vector<PoseHypothesis> hypotheses;
 };
 

@@ -10,7 +10,7 @@ namespace roomfix {
 namespace {
 
 constexpr int longest_reach = 24;
-constexpr float darkest_background = 6;   // grey levels: below, the ratio says nothing
+constexpr float darkest_background = 6;  // grey levels: below, the ratio says nothing
 constexpr float lit_tolerance = 0.04f;
 constexpr float darkest_shadow = 0.40f;   // in grey levels, i.e. after gamma
 constexpr float background_step = 0.15f;  // part of the light: a step in the empty room that may be something's border
@@ -18,7 +18,7 @@ constexpr float background_step = 0.15f;  // part of the light: a step in the em
 /// frame / (gain * background) along the profile; index 0 is the outermost.
 struct Profile {
     std::array<float, 2 * longest_reach + 1> ratio;
-    std::array<float, 2 * longest_reach + 1> grey;  // the frame alone, relative to the background at the outline
+    std::array<float, 2 * longest_reach + 1> grey;   // the frame alone, relative to the background at the outline
     std::array<float, 2 * longest_reach + 1> floor;  // the background alone, likewise
     int count = 0;
     int centre = 0;       // index of the predicted outline

@@ -10,10 +10,10 @@ struct FrameEvidence;
 /// What the picture says along a normal of the outline.
 struct EdgeReading {
     bool found = false;
-    double offset = 0;      // px from the predicted outline, outwards positive
-    double sigma = 1;       // px, from the pixel noise and the edge's contrast
-    double contrast = 0;    // size of the step, as a part of the floor's light
-    bool shadowed = false;  // the floor beside the edge lies in shadow
+    double offset = 0;                // px from the predicted outline, outwards positive
+    double sigma = 1;                 // px, from the pixel noise and the edge's contrast
+    double contrast = 0;              // size of the step, as a part of the floor's light
+    bool shadowed = false;            // the floor beside the edge lies in shadow
     bool on_background_edge = false;  // the empty room has an edge there too: it may be the border of something in front
     bool inside_foreground = false;   // is there foreground three pixels inside,
     bool outside_foreground = false;  // and three pixels outside?

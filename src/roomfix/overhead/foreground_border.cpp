@@ -40,8 +40,7 @@ double distance_to(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector
 
 }  // namespace
 
-void ForegroundBorder::compute(const BitMask& mask, const BitMask& shadow, LumaView background, int left, int top, int right,
-                               int bottom) {
+void ForegroundBorder::compute(const BitMask& mask, const BitMask& shadow, LumaView background, int left, int top, int right, int bottom) {
     pixels_.clear();
     left = std::max(left, 3);
     top = std::max(top, 3);
@@ -83,8 +82,7 @@ double ForegroundBorder::unexplained(const Silhouette& silhouette) const {
     return static_cast<double>(count) / static_cast<double>(pixels_.size());
 }
 
-void BorderDistance::compute(const ForegroundBorder& border, int width, int height, int left, int top, int right, int bottom,
-                             int margin) {
+void BorderDistance::compute(const ForegroundBorder& border, int width, int height, int left, int top, int right, int bottom, int margin) {
     left_ = std::max(left - margin, 0);
     top_ = std::max(top - margin, 0);
     width_ = std::min(right + margin, width - 1) - left_ + 1;

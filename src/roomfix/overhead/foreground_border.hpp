@@ -13,9 +13,9 @@ namespace roomfix {
 class ForegroundBorder {
 public:
     struct Pixel {
-        Eigen::Vector2f place;             // px
-        bool on_background_edge = false;   // the empty room has an edge there too: perhaps something stands in front
-        bool of_shadow = false;            // what ends there may be a shadow
+        Eigen::Vector2f place;            // px
+        bool on_background_edge = false;  // the empty room has an edge there too: perhaps something stands in front
+        bool of_shadow = false;           // what ends there may be a shadow
     };
 
     /// Looks at the box (px, inclusive). The image's own border is no border of the foreground.

@@ -15,9 +15,7 @@ std::optional<Eigen::Vector2d> corrected(const CameraModel& model, const Eigen::
 }
 
 /// (19), (20): where the line through `a` and `b` crosses image row y.
-double line_at_row(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double y) {
-    return a.x() + (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y());
-}
+double line_at_row(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double y) { return a.x() + (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()); }
 
 }  // namespace
 
@@ -50,8 +48,7 @@ std::optional<Li2014Rectangle> li2014_rectangle_ahead(const View& view) {
     return Li2014Rectangle{*left_near, *left_far, *right_near, *right_far, 2 * half_width, *far - *near, *near, half_width};
 }
 
-Result<Li2014> Li2014::set_up(const CameraModel& model, const Li2014Rectangle& rectangle, const Li2014Aisle& aisle,
-                              const Li2014Settings& settings) {
+Result<Li2014> Li2014::set_up(const CameraModel& model, const Li2014Rectangle& rectangle, const Li2014Aisle& aisle, const Li2014Settings& settings) {
     Li2014 webcam;
     webcam.model_ = model;
     webcam.aisle_ = aisle;
@@ -145,10 +142,10 @@ std::optional<Eigen::Vector2d> Li2014::floor_point(const Eigen::Vector2d& r_cent
     if (!r) return std::nullopt;
     const double p = line_at_row(ls_[0], ls_[1], r->y());
     const double q = line_at_row(ls_[2], ls_[3], r->y());
-    const double n_pq = q - p;                               // (21)
-    if (!(n_pq > 0)) return std::nullopt;                    // above the horizon
-    const double d = ibdms(n_pq);                            // (18)
-    const double w_pr = d_n_ * (r->x() - p) / n_pq;          // (22)
+    const double n_pq = q - p;                       // (21)
+    if (!(n_pq > 0)) return std::nullopt;            // above the horizon
+    const double d = ibdms(n_pq);                    // (18)
+    const double w_pr = d_n_ * (r->x() - p) / n_pq;  // (22)
     const Eigen::Vector2d left(-aisle_.direction.y(), aisle_.direction.x());
     return aisle_.camera + d * aisle_.direction + (left_offset_ - w_pr) * left;  // (15)-(17)
 }

@@ -18,16 +18,16 @@ namespace roomfix {
 /// Section 4.2: the known rectangle on the floor, clicked once. `near` and `far` are seen from the camera.
 struct Li2014Rectangle {
     Eigen::Vector2d left_near, left_far, right_near, right_far;  // px in the image
-    double width = 0;          // D_N, m
-    double length = 0;         // along the aisle, m
-    double near_distance = 0;  // m, camera to the near edge along the aisle
-    double left_offset = 0;    // m, camera's axis to the left side, left positive
+    double width = 0;                                            // D_N, m
+    double length = 0;                                           // along the aisle, m
+    double near_distance = 0;                                    // m, camera to the near edge along the aisle
+    double left_offset = 0;                                      // m, camera's axis to the left side, left positive
 };
 
 /// Where the webcam is and which way its aisle runs: (x_i, y_i) of (15)-(17).
 struct Li2014Aisle {
-    Eigen::Vector2d camera = Eigen::Vector2d::Zero();     // m, map
-    Eigen::Vector2d direction = Eigen::Vector2d::UnitX(); // unit, map: away from the camera
+    Eigen::Vector2d camera = Eigen::Vector2d::Zero();      // m, map
+    Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  // unit, map: away from the camera
 };
 
 /// A rectangle of floor ahead of a calibrated camera, as somebody would have clicked it; and the aisle along its view.
@@ -36,17 +36,16 @@ std::optional<Li2014Rectangle> li2014_rectangle_ahead(const View& view);
 Li2014Aisle li2014_aisle_ahead(const View& view);
 
 struct Li2014Settings {
-    int threshold = 25;         // t of (13), grey levels
-    double projection = 19.5;   // t_1 of (23): foreground pixels in the fullest row that still count as nothing moving
-    int refresh_frames = 50;    // t_s: 5 s at 10 frames a second
+    int threshold = 25;        // t of (13), grey levels
+    double projection = 19.5;  // t_1 of (23): foreground pixels in the fullest row that still count as nothing moving
+    int refresh_frames = 50;   // t_s: 5 s at 10 frames a second
 };
 
 /// One webcam of the paper.
 class Li2014 {
 public:
     /// An error if the rectangle cannot give K and h_s (no length, no width, or no perspective between its edges).
-    static Result<Li2014> set_up(const CameraModel& model, const Li2014Rectangle& rectangle, const Li2014Aisle& aisle,
-                                 const Li2014Settings& settings = {});
+    static Result<Li2014> set_up(const CameraModel& model, const Li2014Rectangle& rectangle, const Li2014Aisle& aisle, const Li2014Settings& settings = {});
 
     /// Section 4.2: the first background is the mean of 150 frames, low-pass filtered.
     void set_background(const std::vector<LumaImage>& frames);

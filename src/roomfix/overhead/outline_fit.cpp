@@ -22,12 +22,12 @@ constexpr double own_size = 0.5 * 0.632;
 /// A place on the predicted outline where the picture is asked for an edge.
 struct Sample {
     Eigen::Vector2d pixel;
-    Eigen::Vector2d normal;              // outwards, unit
-    Vector4d by_state;                   // d(outline position along the normal) / d(x, y, yaw, inset)
+    Eigen::Vector2d normal;  // outwards, unit
+    Vector4d by_state;       // d(outline position along the normal) / d(x, y, yaw, inset)
     Eigen::Matrix<double, 1, 6> by_camera;
-    int edge = 0;                        // number of the outline's side
+    int edge = 0;  // number of the outline's side
     bool on_floor = false;
-    double scale = 0;                    // px per metre along the normal, for the size error
+    double scale = 0;  // px per metre along the normal, for the size error
     EdgeReading reading;
 };
 
@@ -48,8 +48,8 @@ bool hidden(const Eigen::Vector2d& pixel, std::span<const Silhouette> others) {
 }
 
 /// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others.
-void place_samples(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose,
-                   const Silhouette& silhouette, std::span<const Silhouette> others, int most, Samples& samples) {
+void place_samples(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose, const Silhouette& silhouette,
+                   std::span<const Silhouette> others, int most, Samples& samples) {
     samples.count = 0;
     samples.total = 0;
     samples.edges = silhouette.count;
@@ -124,8 +124,7 @@ struct Normal {
 /// Weighted least squares of the readings, robust by Geman and McClure's weight: a reading off by much more than
 /// `robust_scale` (px) has no say, such as one on a recess of the body. Readings of one edge share an error:
 /// W = (D + c 1 1^T)^-1, applied edge by edge with the Sherman-Morrison formula.
-Normal accumulate(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, const Vector4d& state,
-                  double robust_scale) {
+Normal accumulate(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, const Vector4d& state, double robust_scale) {
     Normal normal{Matrix4d::Zero(), Vector4d::Zero(), Eigen::Matrix<double, 4, 6>::Zero()};
     double scale = 0;
     for (const Sample& s : samples.all()) scale += s.scale / samples.count;
@@ -178,8 +177,7 @@ void read_edges(const FrameEvidence& evidence, int reach, Samples& samples) {
 }
 
 /// One step of the pose from fixed readings: a few robust iterations on the linearised outline.
-Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, double robust_scale,
-                     bool& solved) {
+Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, double robust_scale, bool& solved) {
     Vector4d state = Vector4d::Zero();
     solved = false;
     for (int i = 0; i < 3; ++i) {
@@ -222,8 +220,7 @@ void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
     fit.score = fit.visible > 0 ? (support - 0.7 * fit.covered - 0.15 * fit.bare - 0.4 * conflicting) / fit.visible : -1;
 }
 
-void set_covariance(const Samples& samples, const View& view, const ShapePoints& shape, const OutlineFitSettings& settings,
-                    double inset, OutlineFit& fit) {
+void set_covariance(const Samples& samples, const View& view, const ShapePoints& shape, const OutlineFitSettings& settings, double inset, OutlineFit& fit) {
     Normal normal = accumulate(samples, shape, settings, Vector4d(0, 0, 0, inset), settings.last_scale);
     if (shape.round()) normal.information(2, 2) += 1 / (M_PI * M_PI / 3);  // uniform over a turn
     const Eigen::LDLT<Matrix4d> solver(normal.information);
@@ -246,8 +243,8 @@ void set_covariance(const Samples& samples, const View& view, const ShapePoints&
 
 }  // namespace
 
-OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start,
-                       std::span<const Silhouette> others, const OutlineFitSettings& settings) {
+OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start, std::span<const Silhouette> others,
+                       const OutlineFitSettings& settings) {
     OutlineFit fit;
     fit.pose = start;
     Samples samples;
@@ -276,8 +273,7 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
     return fit;
 }
 
-OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose,
-                    const OutlineFitSettings& settings) {
+OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose, const OutlineFitSettings& settings) {
     OutlineFit fit;
     fit.pose = pose;
     fit.silhouette = project_silhouette(view, shape, pose);

@@ -19,45 +19,44 @@ struct FrameEvidence {
 };
 
 struct OutlineFitSettings {
-    int samples = 64;               // at most this many along the outline
-    double edge_noise = 0.10;       // px, of one edge sample on top of the pixel noise: interpolation, small structure
-    double common_noise = 0.06;     // px, shared by all samples of one edge: blur, gamma, rounded edges
-    double disturbance = 0.02;      // part of the floor's light by which shading and reflections move an edge's levels
-    double inset_noise = 0.12;      // px, shared by the whole outline: bright sides look larger than they are
-    double floor_noise = 0.05;      // px, more for the edges on the floor: contact shadow and reflection
-    int first_reach = 8;            // px to both sides of the outline in the first round
-    int last_reach = 4;             // px in the last round
-    double first_scale = 4;         // px: readings off by more lose their say, in the first round
-    double last_scale = 0.8;        // px, in the last round
-    int coarse_rounds = 2;          // with half of the samples, ever nearer to the last settings
-    int rounds = 7;                 // at most; fewer once the pose stays
+    int samples = 64;            // at most this many along the outline
+    double edge_noise = 0.10;    // px, of one edge sample on top of the pixel noise: interpolation, small structure
+    double common_noise = 0.06;  // px, shared by all samples of one edge: blur, gamma, rounded edges
+    double disturbance = 0.02;   // part of the floor's light by which shading and reflections move an edge's levels
+    double inset_noise = 0.12;   // px, shared by the whole outline: bright sides look larger than they are
+    double floor_noise = 0.05;   // px, more for the edges on the floor: contact shadow and reflection
+    int first_reach = 8;         // px to both sides of the outline in the first round
+    int last_reach = 4;          // px in the last round
+    double first_scale = 4;      // px: readings off by more lose their say, in the first round
+    double last_scale = 0.8;     // px, in the last round
+    int coarse_rounds = 2;       // with half of the samples, ever nearer to the last settings
+    int rounds = 7;              // at most; fewer once the pose stays
 };
 
 struct OutlineFit {
     Pose2 pose;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; pixels and calibration together
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();        // x, y, yaw; pixels and calibration together
     Eigen::Matrix3d pixel_covariance = Eigen::Matrix3d::Identity();  // without the calibration's part
     Silhouette silhouette;
-    int visible = 0;        // samples inside the image and outside `others`
-    int supported = 0;      // samples with an edge where the outline says
-    int covered = 0;        // samples with foreground on both sides: the robot does not end here
-    int bare = 0;           // samples with background on both sides: hidden, or not there
-    int ambiguous = 0;      // samples with an edge that may as well be the border of something in front
-    int total = 0;          // samples along the whole outline
-    double residual = 0;    // rms of the supported samples in their standard deviations
-    double score = 0;       // -1..1: how well the picture agrees
+    int visible = 0;          // samples inside the image and outside `others`
+    int supported = 0;        // samples with an edge where the outline says
+    int covered = 0;          // samples with foreground on both sides: the robot does not end here
+    int bare = 0;             // samples with background on both sides: hidden, or not there
+    int ambiguous = 0;        // samples with an edge that may as well be the border of something in front
+    int total = 0;            // samples along the whole outline
+    double residual = 0;      // rms of the supported samples in their standard deviations
+    double score = 0;         // -1..1: how well the picture agrees
     bool determined = false;  // enough edges to fix all unknowns
 };
 
 /// Fits x, y and yaw, starting at `start`, to the edges of frame / background along the predicted outline. Edges between lit
 /// or shadowed floor and something else count; inside `others` (outlines of other robots, px) nothing is looked at.
 /// The covariance holds pixel noise, errors shared along each edge, the body's size error and the view's calibration.
-OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start,
-                       std::span<const Silhouette> others, const OutlineFitSettings& settings = {});
+OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start, std::span<const Silhouette> others,
+                       const OutlineFitSettings& settings = {});
 
 /// For bodies whose outline is no exact solid's (people, loads): takes the pose as it is, found by its area, and states how
 /// uncertain it is when each side of the outline is off by a part of the body's size in the picture.
-OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose,
-                    const OutlineFitSettings& settings = {});
+OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose, const OutlineFitSettings& settings = {});
 
 }  // namespace roomfix

@@ -29,8 +29,8 @@ double outline_support(const BorderDistance& border, const Silhouette& silhouett
 
 }  // namespace
 
-void search_outline(const BorderDistance& border, const View& view, const ShapePoints& shape, const FloorRectangle& floor,
-                    std::size_t most, std::vector<OutlineStart>& found) {
+void search_outline(const BorderDistance& border, const View& view, const ShapePoints& shape, const FloorRectangle& floor, std::size_t most,
+                    std::vector<OutlineStart>& found) {
     found.clear();
     const double step = place_step * shape.radius;
     const int turns = shape.round() ? 1 : static_cast<int>(std::lround(shape.symmetry / turn_step));

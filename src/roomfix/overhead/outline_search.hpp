@@ -16,7 +16,7 @@ struct OutlineStart {
 };
 
 /// The best poses on a stretch of floor, by the outline's support, best first, not twice the same. At most `most`.
-void search_outline(const BorderDistance& border, const View& view, const ShapePoints& shape, const FloorRectangle& floor,
-                    std::size_t most, std::vector<OutlineStart>& found);
+void search_outline(const BorderDistance& border, const View& view, const ShapePoints& shape, const FloorRectangle& floor, std::size_t most,
+                    std::vector<OutlineStart>& found);
 
 }  // namespace roomfix

@@ -14,8 +14,7 @@ constexpr double soft_size = 0.05;  // m: targets that come in any number, such 
 /// True if the silhouette's box and the component's overlap.
 bool touches(const Silhouette& silhouette, const Component& component) {
     const PixelBox box = box_around(silhouette.polygon());
-    return box.low.x() <= component.right && box.high.x() >= component.left && box.low.y() <= component.bottom &&
-           box.high.y() >= component.top;
+    return box.low.x() <= component.right && box.high.x() >= component.left && box.low.y() <= component.bottom && box.high.y() >= component.top;
 }
 
 }  // namespace
@@ -208,15 +207,16 @@ void OverheadObserver::refit_together(const FrameEvidence& evidence) {
 }
 
 bool OverheadObserver::available(int robot) const {
-    return robots_[static_cast<std::size_t>(robot)].many ||
-           std::none_of(found_.begin(), found_.end(), [&](const Found& f) { return f.robot == robot; });
+    return robots_[static_cast<std::size_t>(robot)].many || std::none_of(found_.begin(), found_.end(), [&](const Found& f) { return f.robot == robot; });
 }
 
 bool OverheadObserver::acceptable(const Found& found) const {
     if (!found.fit.determined) return false;
     if (found.by_area) {
         const double in_picture = found.coarse.inside.area / std::max(polygon_area(found.coarse.silhouette.polygon()), 1.0);
-        return in_picture > settings_.least_in_picture && found.coarse.filled() > settings_.least_filled && found.coarse.inside.foreground > settings_.least_left * found.coarse.inside.area && found.coarse.inside.shadow < 0.8 * found.coarse.inside.foreground;
+        return in_picture > settings_.least_in_picture && found.coarse.filled() > settings_.least_filled &&
+               found.coarse.inside.foreground > settings_.least_left * found.coarse.inside.area &&
+               found.coarse.inside.shadow < 0.8 * found.coarse.inside.foreground;
     }
     const OutlineFit& fit = found.fit;
     if (fit.visible < settings_.least_visible * fit.total) return false;

@@ -17,16 +17,16 @@ struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
     PlaceSearchSettings search;
-    double least_score = 0.40;     // of an outline fit, to be a fix
-    double good_score = 0.60;      // above, no other place is tried
-    double least_hidden = 0.24;    // part of the outline that must agree where the rest is hidden
-    double surely_filled = 0.85;   // part of the silhouette that is foreground, where the outline alone does not convince
-    double least_visible = 0.25;   // part of the outline in view
-    double least_filled = 0.42;    // part of the silhouette that is foreground, for many soft targets
-    double least_in_picture = 0.5; // part of a soft target's silhouette that must be in the picture
-    double least_left = 0.2;       // part of a silhouette that must be unexplained foreground to look for another robot
+    double least_score = 0.40;      // of an outline fit, to be a fix
+    double good_score = 0.60;       // above, no other place is tried
+    double least_hidden = 0.24;     // part of the outline that must agree where the rest is hidden
+    double surely_filled = 0.85;    // part of the silhouette that is foreground, where the outline alone does not convince
+    double least_visible = 0.25;    // part of the outline in view
+    double least_filled = 0.42;     // part of the silhouette that is foreground, for many soft targets
+    double least_in_picture = 0.5;  // part of a soft target's silhouette that must be in the picture
+    double least_left = 0.2;        // part of a silhouette that must be unexplained foreground to look for another robot
     int most_blobs = 32;
-    int most_starts = 6;           // places of a soft target climbed from
+    int most_starts = 6;  // places of a soft target climbed from
 };
 
 /// What one frame shows.

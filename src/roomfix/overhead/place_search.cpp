@@ -16,9 +16,8 @@ Eigen::Vector3d difference(const Pose2& a, const Pose2& b, const ShapePoints& sh
 
 }  // namespace
 
-PlaceSearch::Result PlaceSearch::find(const FrameEvidence& evidence, const ForegroundMasks& masks, const View& view,
-                                      const ShapePoints& shape, const Blob& blob, const Pose2& guess,
-                                      const OutlineFitSettings& fit_settings, const PlaceSearchSettings& settings) {
+PlaceSearch::Result PlaceSearch::find(const FrameEvidence& evidence, const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob,
+                                      const Pose2& guess, const OutlineFitSettings& fit_settings, const PlaceSearchSettings& settings) {
     const Component& box = blob.component;
     border_.compute(*masks.foreground, *masks.shadow, evidence.background->mean(), box.left, box.top, box.right, box.bottom);
     border_distance_.compute(border_, evidence.frame.width, evidence.frame.height, box.left, box.top, box.right, box.bottom, 12);
@@ -37,8 +36,7 @@ PlaceSearch::Result PlaceSearch::find(const FrameEvidence& evidence, const Foreg
         if (!fit.determined) continue;
         const CoarsePose coarse = coarse_agreement(masks, view, shape, fit.pose, blob);
         const double missing = coarse.missing / std::max(coarse.inside.area, 1.0);
-        const double quality =
-            fit.score - settings.missing_cost * missing - settings.unexplained_cost * border_.unexplained(fit.silhouette);
+        const double quality = fit.score - settings.missing_cost * missing - settings.unexplained_cost * border_.unexplained(fit.silhouette);
         rivals_.push_back({fit.pose, fit.covariance, quality});
         if (rivals_.size() > 1 && quality <= first.quality) continue;
         first = rivals_.back();

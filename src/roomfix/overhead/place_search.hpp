@@ -23,14 +23,14 @@ struct PlaceSearchSettings {
 class PlaceSearch {
 public:
     struct Result {
-        OutlineFit fit;      // its covariance is that of all places together, each weighted by how likely it is
-        CoarsePose coarse;   // the same place judged by its area
+        OutlineFit fit;     // its covariance is that of all places together, each weighted by how likely it is
+        CoarsePose coarse;  // the same place judged by its area
     };
 
     /// The best place for a body of this shape to explain the blob; a fit that is not determined if there is none. `guess`
     /// is looked at as well.
-    Result find(const FrameEvidence& evidence, const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob,
-                const Pose2& guess, const OutlineFitSettings& fit, const PlaceSearchSettings& settings);
+    Result find(const FrameEvidence& evidence, const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob, const Pose2& guess,
+                const OutlineFitSettings& fit, const PlaceSearchSettings& settings);
 
 private:
     struct Rival {
@@ -38,8 +38,7 @@ private:
         Eigen::Matrix3d covariance;
         double quality = 0;
     };
-    void glance(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFitSettings& fit,
-                const PlaceSearchSettings& settings);
+    void glance(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFitSettings& fit, const PlaceSearchSettings& settings);
     Pose2 mean_near(const Rival& best, const ShapePoints& shape, double doubt) const;
     Eigen::Matrix3d covariance_around(const Rival& best, const ShapePoints& shape, double doubt) const;
 

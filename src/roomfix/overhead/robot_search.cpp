@@ -8,9 +8,9 @@ namespace roomfix {
 namespace {
 
 // What a pixel says about a silhouette, in pixels of plain foreground inside it.
-constexpr double shadow_inside = 0.4;      // may be a dark robot
-constexpr double bare_inside = 0.45;        // should be foreground; less than 1: it may be hidden by something
-constexpr double certain_outside = 0.8;    // should be inside
+constexpr double shadow_inside = 0.4;    // may be a dark robot
+constexpr double bare_inside = 0.45;     // should be foreground; less than 1: it may be hidden by something
+constexpr double certain_outside = 0.8;  // should be inside
 constexpr double shadow_outside = 0.05;
 
 constexpr int rows_looked_at = 14;  // of a silhouette: enough for a coarse pose
@@ -38,8 +38,7 @@ Blob measure_blob(const ForegroundMasks& masks, const Component& component) {
     return blob;
 }
 
-CoarsePose coarse_agreement(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Pose2& pose,
-                            const Blob& blob) {
+CoarsePose coarse_agreement(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Pose2& pose, const Blob& blob) {
     CoarsePose result;
     result.pose = pose;
     result.silhouette = project_silhouette(view, shape, pose);
@@ -67,8 +66,7 @@ std::optional<Pose2> place_from_centroid(const View& view, const ShapePoints& sh
     return Pose2{pose.x + shift.x(), pose.y + shift.y(), 0};
 }
 
-CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, CoarsePose start, const Blob& blob,
-                 double first_step) {
+CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, CoarsePose start, const Blob& blob, double first_step) {
     CoarsePose best = std::move(start);
     const double smallest = first_step / 4;  // the outline's fit does the rest
     const auto try_pose = [&](const Pose2& pose) {

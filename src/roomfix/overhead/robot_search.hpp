@@ -22,8 +22,8 @@ struct CoarsePose {
     Pose2 pose;
     Silhouette silhouette;
     RegionCount inside;
-    double agreement = -1e9;   // px: what the silhouette explains less what it contradicts
-    double missing = 0;        // certain foreground of the blob outside the silhouette, px
+    double agreement = -1e9;  // px: what the silhouette explains less what it contradicts
+    double missing = 0;       // certain foreground of the blob outside the silhouette, px
 
     double open_area() const { return inside.area - inside.taken; }
     double filled() const { return open_area() > 0 ? inside.foreground / open_area() : 0; }
@@ -31,22 +31,20 @@ struct CoarsePose {
 
 /// The blob that is to be explained: what is left of its certain foreground and its possible shadow, px.
 struct Blob {
-    Component component;     // box and middle of the whole blob
+    Component component;  // box and middle of the whole blob
     double certain = 0;
     double shadow = 0;
 };
 Blob measure_blob(const ForegroundMasks& masks, const Component& component);
 
 /// How well a robot at `pose` explains the blob.
-CoarsePose coarse_agreement(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Pose2& pose,
-                            const Blob& blob);
+CoarsePose coarse_agreement(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Pose2& pose, const Blob& blob);
 
 /// The floor place whose silhouette has the blob's centroid in its middle; nothing if no ray reaches the floor there.
 std::optional<Pose2> place_from_centroid(const View& view, const ShapePoints& shape, const Eigen::Vector2d& centroid);
 
 /// Climbs from `start` to the best agreement nearby, in x, y and yaw.
-CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, CoarsePose start, const Blob& blob,
-                 double first_step);
+CoarsePose climb(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, CoarsePose start, const Blob& blob, double first_step);
 
 /// A rectangle of floor along the map's axes, m. Empty: low > high.
 struct FloorRectangle {
@@ -58,7 +56,6 @@ FloorRectangle floor_under(const View& view, const ShapePoints& shape, const Blo
 
 /// The best poses over all the floor that the blob can stand on, best first, at least half a radius apart or differently
 /// turned; at most `most`. `found` is reused memory.
-void search_floor(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob, std::size_t most,
-                  std::vector<CoarsePose>& found);
+void search_floor(const ForegroundMasks& masks, const View& view, const ShapePoints& shape, const Blob& blob, std::size_t most, std::vector<CoarsePose>& found);
 
 }  // namespace roomfix

@@ -60,8 +60,7 @@ ShapePoints shape_points(const Shape& shape, double size_sigma) {
     result.height = 2 * half.z();
     if (const auto* box = std::get_if<Box>(&shape)) {
         for (int i = 0; i < 8; ++i) {
-            result.points[static_cast<std::size_t>(result.count++)] = {i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(),
-                                                                       i & 4 ? result.height : 0};
+            result.points[static_cast<std::size_t>(result.count++)] = {i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? result.height : 0};
         }
         const bool square = std::abs(box->length - box->width) < 0.01 * std::max(box->length, box->width);
         result.symmetry = square ? std::numbers::pi / 2 : std::numbers::pi;
@@ -149,8 +148,7 @@ bool inside_polygon(std::span<const Eigen::Vector2d> polygon, const Eigen::Vecto
     return true;
 }
 
-RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken,
-                         std::span<const Eigen::Vector2d> polygon, int step) {
+RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken, std::span<const Eigen::Vector2d> polygon, int step) {
     int area = 0;
     int inside = 0;
     int dark = 0;

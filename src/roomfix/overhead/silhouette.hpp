@@ -17,8 +17,8 @@ struct ShapePoints {
     std::array<Eigen::Vector3d, capacity> points;
     int count = 0;
     double height = 0;
-    double radius = 0;       // of the smallest circle around it on the floor
-    double symmetry = 0;     // rad after which it looks the same; 0: it has no direction
+    double radius = 0;    // of the smallest circle around it on the floor
+    double symmetry = 0;  // rad after which it looks the same; 0: it has no direction
     double size_sigma = 0.005;
 
     bool round() const { return symmetry == 0; }
@@ -32,7 +32,7 @@ ShapePoints shape_points(const Shape& shape, double size_sigma);
 struct Silhouette {
     std::array<Eigen::Vector2d, ShapePoints::capacity> corners;  // px, interior on the right-hand side on the screen
     std::array<int, ShapePoints::capacity + 1> indices{};
-    int count = 0;           // 0: the body is (partly) behind the camera or outside the lens model
+    int count = 0;  // 0: the body is (partly) behind the camera or outside the lens model
 
     bool valid() const { return count >= 3; }
     std::span<const Eigen::Vector2d> polygon() const { return {corners.data(), static_cast<std::size_t>(count)}; }
@@ -63,8 +63,7 @@ struct RegionCount {
     double taken = 0;       // already explained by other robots: says nothing
 };
 /// `taken` may be null.
-RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken,
-                         std::span<const Eigen::Vector2d> polygon, int step);
+RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken, std::span<const Eigen::Vector2d> polygon, int step);
 
 /// Clears the polygon's pixels in a mask.
 void clear_region(BitMask& mask, std::span<const Eigen::Vector2d> polygon);

@@ -6,8 +6,7 @@
 
 namespace roomfix {
 
-Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources,
-                                         const std::function<void(double)>& progress) {
+Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress) {
     BackgroundLearner learner;
     for (std::size_t i = 0; i < sources.size(); ++i) {
         auto source = open_source(sources[i]);

@@ -13,7 +13,6 @@ namespace roomfix {
 
 /// Looks at all frames of the sources (image files, folders, videos) and learns from up to 64 of them, evenly spread. Robots
 /// may pass, as long as each place is free more than half of the time. Frames of another size than the camera's are an error.
-Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources,
-                                         const std::function<void(double)>& progress = {});
+Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress = {});
 
 }  // namespace roomfix

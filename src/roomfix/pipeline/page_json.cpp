@@ -78,8 +78,11 @@ std::string SiteRunner::site_json() const {
     }
     for (const auto& post : posts_) {
         const View& view = post->observer->view();
-        site["cameras"].push_back({{"id", post->camera.id}, {"width", view.model.width}, {"height", view.model.height},
-                                   {"position", point(view.position().head<2>())}, {"view", field_of_view(view, site_.walls)}});
+        site["cameras"].push_back({{"id", post->camera.id},
+                                   {"width", view.model.width},
+                                   {"height", view.model.height},
+                                   {"position", point(view.position().head<2>())},
+                                   {"view", field_of_view(view, site_.walls)}});
     }
     for (const SiteRobot& robot : site_.robots) {
         site["robots"][robot.id] = shape_json(robot.shape);
@@ -91,18 +94,23 @@ std::string SiteRunner::site_json() const {
 std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
     json state = {{"time", to_seconds(time)}, {"robots", json::array()}, {"cameras", json::array()}};
     for (const Fix& fix : fixes) {
-        json robot = {{"id", fix.robot}, {"status", fix.status == FixStatus::ok ? "ok" : "coasting"},
-                      {"x", rounded(fix.pose.x, 1e-4)}, {"y", rounded(fix.pose.y, 1e-4)}, {"sources", fix.sources}};
+        json robot = {{"id", fix.robot},
+                      {"status", fix.status == FixStatus::ok ? "ok" : "coasting"},
+                      {"x", rounded(fix.pose.x, 1e-4)},
+                      {"y", rounded(fix.pose.y, 1e-4)},
+                      {"sources", fix.sources}};
         robot["yaw"] = fix.yaw_known ? json(rounded(fix.pose.yaw, 1e-4)) : json();
         robot["cov"] = {fix.covariance(0, 0), fix.covariance(0, 1), fix.covariance(1, 1), fix.covariance(2, 2)};
         state["robots"].push_back(robot);
     }
     for (const auto& post : posts_) {
-        json camera = {{"id", post->state.id}, {"status", post->state.status}, {"message", post->state.message}, {"frames", post->state.frames},
-                       {"rate", rounded(post->state.rate, 0.1)}, {"busy_ms", rounded(1e3 * post->state.busy, 0.01)}, {"outlines", json::array()}};
+        json camera = {{"id", post->state.id},         {"status", post->state.status},           {"message", post->state.message},
+                       {"frames", post->state.frames}, {"rate", rounded(post->state.rate, 0.1)}, {"busy_ms", rounded(1e3 * post->state.busy, 0.01)},
+                       {"outlines", json::array()}};
         for (const SilhouetteObservation& o : post->shown) {
             json outline = json::array();
-            for (const auto& corner : o.outline) outline.push_back({rounded(static_cast<double>(corner.x()), 0.1), rounded(static_cast<double>(corner.y()), 0.1)});
+            for (const auto& corner : o.outline)
+                outline.push_back({rounded(static_cast<double>(corner.x()), 0.1), rounded(static_cast<double>(corner.y()), 0.1)});
             const std::string robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
             camera["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
         }

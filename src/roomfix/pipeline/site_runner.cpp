@@ -17,9 +17,7 @@ namespace {
 
 constexpr double publish_interval = 0.06;  // s: a screen needs no more
 
-double wall_clock() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double wall_clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
@@ -81,8 +79,10 @@ std::vector<SourceState> SiteRunner::source_states() const {
 Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds time) {
     Post& post = *posts_[index];
     if (frame.width != post.camera.model.width || frame.height != post.camera.model.height) {
-        const std::string message = fmt::format("camera {}: the frame is {} x {} pixels, the site file says {} x {}: correct 'size' and 'intrinsics', "
-                                                "or the camera's settings", post.camera.id, frame.width, frame.height, post.camera.model.width, post.camera.model.height);
+        const std::string message = fmt::format(
+            "camera {}: the frame is {} x {} pixels, the site file says {} x {}: correct 'size' and 'intrinsics', "
+            "or the camera's settings",
+            post.camera.id, frame.width, frame.height, post.camera.model.width, post.camera.model.height);
         set_source_state(index, "failed", message);
         return Error{message};
     }

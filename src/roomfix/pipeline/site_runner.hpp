@@ -25,8 +25,8 @@ struct SourceState {
     std::string message;
     long frames = 0;
     long bad_frames = 0;
-    double rate = 0;                 // frames per second
-    double busy = 0;                 // s per frame spent on it, smoothed
+    double rate = 0;  // frames per second
+    double busy = 0;  // s per frame spent on it, smoothed
 };
 
 class SiteRunner {
@@ -58,11 +58,11 @@ private:
     struct Post {
         SiteCamera camera;
         std::unique_ptr<OverheadObserver> observer;
-        OverheadResult result;       // the observing thread's own
+        OverheadResult result;                     // the observing thread's own
         std::vector<SilhouetteObservation> shown;  // of the last frame, for the page
-        LumaImage last;              // for the page
+        LumaImage last;                            // for the page
         SourceState state;
-        double last_wall = 0;        // s, when the last frame came
+        double last_wall = 0;  // s, when the last frame came
     };
     explicit SiteRunner(const Site& site);
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, double speed, const std::atomic<bool>& stop,

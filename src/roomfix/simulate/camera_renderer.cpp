@@ -11,7 +11,7 @@ namespace roomfix {
 namespace {
 
 constexpr int blur_reach = 4;
-constexpr int cell_size = 4;    // px: one ray per cell finds out whether a robot or its shadow is there
+constexpr int cell_size = 4;                // px: one ray per cell finds out whether a robot or its shadow is there
 constexpr int margin = 2 * blur_reach + 1;  // px around what changes: the blur's reach, and as much again to join the parts
 
 std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {

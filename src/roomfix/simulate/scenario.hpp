@@ -21,9 +21,9 @@ struct FloorArea {
 
 struct ScenarioCamera {
     std::string id;
-    View truth;                       // true pose; its covariance is not used
+    View truth;  // true pose; its covariance is not used
     SensorModel sensor;
-    std::vector<FloorArea> floor;     // floor whose tile corners somebody can click on in the picture
+    std::vector<FloorArea> floor;  // floor whose tile corners somebody can click on in the picture
 };
 
 struct ScenarioRobot {
@@ -36,7 +36,7 @@ struct ScenarioRobot {
 
 struct Scenario {
     std::string name;
-    Site site;      // as its user would write it: cameras by clicked floor points, with clicking noise
+    Site site;  // as its user would write it: cameras by clicked floor points, with clicking noise
     Scene scene;
     std::vector<ScenarioCamera> cameras;
     std::vector<ScenarioRobot> robots;
@@ -64,10 +64,10 @@ double light_at(double time, std::uint64_t seed);
 
 /// The paper's Table 1.
 struct Li2014TestPoint {
-    int camera;                 // 0, 1, 2
-    Eigen::Vector2d actual;     // m
-    Eigen::Vector2d measured;   // m, as printed
-    double printed_error;       // m, as printed
+    int camera;                // 0, 1, 2
+    Eigen::Vector2d actual;    // m
+    Eigen::Vector2d measured;  // m, as printed
+    double printed_error;      // m, as printed
 };
 const std::vector<Li2014TestPoint>& li2014_test_points();
 

@@ -43,9 +43,7 @@ float grain(const Vector3f& p, float size, std::uint64_t seed) {
     return sum;
 }
 
-Vector3f turned(const Vector3f& v, float cosine, float sine) {
-    return {cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y(), v.z()};
-}
+Vector3f turned(const Vector3f& v, float cosine, float sine) { return {cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y(), v.z()}; }
 
 /// Distance along the ray to an upright solid and the local normal there; nothing if it misses.
 std::optional<std::pair<float, Vector3f>> meet(const Solid& solid, const Vector3f& o, const Vector3f& d) {
@@ -99,8 +97,7 @@ void meet_solids(const std::vector<Solid>& solids, int first_surface, const Vect
         const Vector3f& n = met->second;
         const bool top = std::abs(n.z()) > 0.5f;
         const int face = top ? 0 : (s.round ? 1 : 1 + (std::abs(n.x()) > 0.5f ? (n.x() > 0) : 2 + (n.y() > 0)));
-        hit = {met->first, turned(n, cosine, -sine), o + met->first * d, top ? &s.top : &s.side,
-               first_surface + static_cast<int>(i) * 8 + face};
+        hit = {met->first, turned(n, cosine, -sine), o + met->first * d, top ? &s.top : &s.side, first_surface + static_cast<int>(i) * 8 + face};
     }
 }
 
@@ -138,8 +135,7 @@ void meet_walls(const Scene& scene, const Vector3f& o, const Vector3f& d, Hit& h
 }
 
 /// Light that reaches a point, and which lamps do.
-float illumination(const Scene& scene, const std::vector<Solid>& moving, const Vector3f& p, const Vector3f& n,
-                   const Vector2f& jitter, int& lamps) {
+float illumination(const Scene& scene, const std::vector<Solid>& moving, const Vector3f& p, const Vector3f& n, const Vector2f& jitter, int& lamps) {
     float light = scene.ambient;
     for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
         const Lamp& lamp = scene.lamps[i];
@@ -190,8 +186,7 @@ Hit first_solid(const Scene& scene, const std::vector<Solid>& moving, const Vect
 
 }  // namespace
 
-RayHit trace(const Scene& scene, const std::vector<Solid>& moving, const Vector3f& origin, const Vector3f& direction,
-             const Vector2f& jitter) {
+RayHit trace(const Scene& scene, const std::vector<Solid>& moving, const Vector3f& origin, const Vector3f& direction, const Vector2f& jitter) {
     const Hit hit = first_solid(scene, moving, origin, direction);
     const float to_floor = direction.z() < 0 ? -origin.z() / direction.z() : 1e30f;
     int lamps = 0;
@@ -221,8 +216,7 @@ std::vector<Solid> robot_solids(const Shape& shape, const RobotLook& look, const
     const Material rubber{0.05f, 0.2f, 0.02f};
     const Eigen::Vector2f yaw(static_cast<float>(std::cos(pose.yaw)), static_cast<float>(std::sin(pose.yaw)));
     const auto place = [&](float x, float y, float z) -> Vector3f {
-        return {static_cast<float>(pose.x) + yaw.x() * x - yaw.y() * y,
-                static_cast<float>(pose.y) + yaw.y() * x + yaw.x() * y, z};
+        return {static_cast<float>(pose.x) + yaw.x() * x - yaw.y() * y, static_cast<float>(pose.y) + yaw.y() * x + yaw.x() * y, z};
     };
     std::vector<Solid> solids;
     if (std::holds_alternative<Cylinder>(shape)) {

@@ -14,15 +14,15 @@ namespace roomfix {
 /// How much light a surface gives back, with a grain of its own.
 struct Material {
     float albedo = 0.5f;
-    float grain = 0.0f;       // relative strength of the texture
-    float grain_size = 0.02f; // m
+    float grain = 0.0f;        // relative strength of the texture
+    float grain_size = 0.02f;  // m
 };
 
 /// An upright box or cylinder.
 struct Solid {
     bool round = false;
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
-    Eigen::Vector3f half = Eigen::Vector3f::Zero();  // half sizes along its own axes; a cylinder's radius is half.x()
+    Eigen::Vector3f half = Eigen::Vector3f::Zero();   // half sizes along its own axes; a cylinder's radius is half.x()
     Eigen::Vector2f axis = Eigen::Vector2f::UnitX();  // cosine and sine of its yaw
     Material side;
     Material top;
@@ -46,9 +46,9 @@ struct TiledFloor {
     float tile = 0.30f;
     float grout = 0.005f;
     float albedo = 0.55f;
-    float variation = 0.05f;    // from tile to tile
+    float variation = 0.05f;  // from tile to tile
     Material grain{1, 0.02f, 0.015f};
-    float reflection = 0.06f;   // part of the light that is mirrored
+    float reflection = 0.06f;  // part of the light that is mirrored
 };
 
 struct Scene {
@@ -63,7 +63,7 @@ struct Scene {
 /// How a robot of the given shape looks: body, tracks and front arms, standing at `pose`. The body fills the shape's box;
 /// the arms stick out in front, as real ones do.
 struct RobotLook {
-    float body = 0.16f;   // albedo
+    float body = 0.16f;  // albedo
     float top = 0.30f;
     bool arms = true;
     Eigen::Vector3d size_error = Eigen::Vector3d::Zero();  // m: how far the real robot is off its data sheet
@@ -81,7 +81,7 @@ struct RayHit {
 
 /// Follows the ray from `origin` along the unit vector `direction`. `jitter` in [0, 1)^2 picks the point of each lamp that
 /// decides the shadow. `moving` stands in the scene for this ray only.
-RayHit trace(const Scene& scene, const std::vector<Solid>& moving, const Eigen::Vector3f& origin,
-             const Eigen::Vector3f& direction, const Eigen::Vector2f& jitter);
+RayHit trace(const Scene& scene, const std::vector<Solid>& moving, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+             const Eigen::Vector2f& jitter);
 
 }  // namespace roomfix

@@ -29,8 +29,7 @@ Result<void> write_frame(const fs::path& folder, Nanoseconds time, const LumaIma
 
 }  // namespace
 
-Result<void> write_session(const Scenario& scenario, const fs::path& folder, const SessionOptions& options,
-                           const std::function<void(double)>& progress) {
+Result<void> write_session(const Scenario& scenario, const fs::path& folder, const SessionOptions& options, const std::function<void(double)>& progress) {
     std::error_code failure;
     if (fs::exists(folder / "site.yaml", failure)) {
         return Error{fmt::format("{}: there is a session already: choose another folder or remove it", folder.string())};

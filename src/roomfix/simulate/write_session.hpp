@@ -10,10 +10,10 @@
 namespace roomfix {
 
 struct SessionOptions {
-    double duration = 0;          // s; 0: the scenario's own
-    int background_frames = 30;   // empty frames per camera, in background/CAMERA
-    bool png = false;             // lossless, larger; otherwise JPEG
-    std::uint64_t seed = 1;       // of noise and light
+    double duration = 0;         // s; 0: the scenario's own
+    int background_frames = 30;  // empty frames per camera, in background/CAMERA
+    bool png = false;            // lossless, larger; otherwise JPEG
+    std::uint64_t seed = 1;      // of noise and light
 };
 
 /// Writes site.yaml, frames/CAMERA/NANOSECONDS.jpg, background/CAMERA/..., truth.csv. The folder must not hold a session

@@ -20,8 +20,7 @@ std::optional<Eigen::Isometry3d> read_pose(YamlReader& reader, const YAML::Node&
     if (!position || !q) return std::nullopt;
     const Eigen::Quaterniond quaternion((*q)[3], (*q)[0], (*q)[1], (*q)[2]);
     if (std::abs(quaternion.norm() - 1) > 1e-3) {
-        reader.error(node["quaternion"], fmt::format("{}.quaternion has length {:.4f}, a rotation has 1: write [x, y, z, w]", what,
-                                                     quaternion.norm()));
+        reader.error(node["quaternion"], fmt::format("{}.quaternion has length {:.4f}, a rotation has 1: write [x, y, z, w]", what, quaternion.norm()));
         return std::nullopt;
     }
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -40,8 +39,9 @@ std::optional<Placement> read_known_pose(YamlReader& reader, const YAML::Node& n
         const Matrix6d& p = known.map_from_camera.covariance;
         const bool symmetric = (p - p.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * p.cwiseAbs().maxCoeff();
         if (!symmetric || Eigen::SelfAdjointEigenSolver<Matrix6d>(p).eigenvalues()[0] < 0) {
-            reader.error(node["covariance"], what + ".covariance is not symmetric and positive: write it row by row, "
-                                                    "order x, y, z, rotation about x, y, z");
+            reader.error(node["covariance"], what +
+                                                 ".covariance is not symmetric and positive: write it row by row, "
+                                                 "order x, y, z, rotation about x, y, z");
         }
     }
     if (!pose) return std::nullopt;
@@ -49,8 +49,7 @@ std::optional<Placement> read_known_pose(YamlReader& reader, const YAML::Node& n
     return known;
 }
 
-std::optional<Placement> read_floor_points(YamlReader& reader, const YAML::Node& node, const YAML::Node& sigma,
-                                           const std::string& what) {
+std::optional<Placement> read_floor_points(YamlReader& reader, const YAML::Node& node, const YAML::Node& sigma, const std::string& what) {
     if (!reader.list(node, what)) return std::nullopt;
     KnownFloorPoints floor;
     for (const auto& item : node) {
@@ -93,8 +92,9 @@ std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& no
 
 void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "cameras." + id;
-    if (!reader.map(node, what, {"source", "size", "intrinsics", "distortion", "pose", "floor_points", "floor_points_sigma", "mount",
-                                 "height", "height_sigma", "robot", "background"})) {
+    if (!reader.map(node, what,
+                    {"source", "size", "intrinsics", "distortion", "pose", "floor_points", "floor_points_sigma", "mount", "height", "height_sigma", "robot",
+                     "background"})) {
         return;
     }
     SiteCamera camera;
@@ -236,8 +236,7 @@ void check_references(YamlReader& reader, const YAML::Node& root, const Site& si
             reader.error(node, fmt::format("cameras.{}: there is no robot '{}' under robots", camera.id, robot));
         }
         if (const auto* known = std::get_if<KnownPose>(&camera.placement); known && !known->has_covariance) {
-            reader.warn(node["pose"], fmt::format("cameras.{}.pose has no covariance: the fixes' uncertainty leaves the calibration out",
-                                                  camera.id));
+            reader.warn(node["pose"], fmt::format("cameras.{}.pose has no covariance: the fixes' uncertainty leaves the calibration out", camera.id));
         }
     }
 }
@@ -284,9 +283,8 @@ LoadedSite parse_site(std::string_view text, const std::filesystem::path& folder
     } catch (const YAML::Exception& problem) {  // yaml-cpp throws on some odd node types; they are the file's fault
         loaded.problems.push_back({problem.mark.line + 1, problem.mark.column + 1, true, "cannot be read: " + problem.msg});
     }
-    std::stable_sort(loaded.problems.begin(), loaded.problems.end(), [](const Problem& a, const Problem& b) {
-        return a.line != b.line ? a.line < b.line : a.column < b.column;
-    });
+    std::stable_sort(loaded.problems.begin(), loaded.problems.end(),
+                     [](const Problem& a, const Problem& b) { return a.line != b.line ? a.line < b.line : a.column < b.column; });
     return loaded;
 }
 
@@ -303,8 +301,7 @@ LoadedSite inspect_site(const std::filesystem::path& file) {
 }
 
 std::string problem_text(const std::filesystem::path& file, const Problem& problem) {
-    return fmt::format("{}:{}:{}: {}: {}", file.string(), problem.line, problem.column, problem.fatal ? "error" : "note",
-                       problem.message);
+    return fmt::format("{}:{}:{}: {}: {}", file.string(), problem.line, problem.column, problem.fatal ? "error" : "note", problem.message);
 }
 
 Result<Site> load_site(const std::filesystem::path& file) {

@@ -20,8 +20,8 @@ struct Problem {
 };
 
 struct LoadedSite {
-    Site site;                       // complete only if there is no fatal problem
-    std::vector<Problem> problems;   // in the order of the file
+    Site site;                      // complete only if there is no fatal problem
+    std::vector<Problem> problems;  // in the order of the file
 
     bool usable() const {
         for (const auto& p : problems) {

@@ -15,13 +15,12 @@ Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
         auto solved = camera_pose_from_floor_points(camera.model, floor->points, floor->sigma);
         if (!solved) return Error{fmt::format("camera {}: {}", camera.id, solved.error().message)};
         if (note && solved->rms > 4 * floor->sigma) {
-            *note = fmt::format("camera {}: the floor points disagree by {:.1f} px rms; point {} is off by {:.1f} px: check it",
-                                camera.id, solved->rms, solved->worst + 1, solved->worst_error);
+            *note = fmt::format("camera {}: the floor points disagree by {:.1f} px rms; point {} is off by {:.1f} px: check it", camera.id, solved->rms,
+                                solved->worst + 1, solved->worst_error);
         }
         return View{camera.model, solved->map_from_camera};
     }
-    return Error{fmt::format("camera {} is not fixed in the map: only a camera with 'pose' or 'floor_points' can watch robots",
-                             camera.id)};
+    return Error{fmt::format("camera {} is not fixed in the map: only a camera with 'pose' or 'floor_points' can watch robots", camera.id)};
 }
 
 Eigen::Vector3d half_size(const Shape& shape) {

@@ -36,19 +36,19 @@ struct Mount {
 
 /// A camera of which only the height is known.
 struct KnownHeight {
-    double height = 0;       // m above the floor
-    double sigma = 0.005;    // m
-    std::string robot;       // empty: no robot is where the camera is
+    double height = 0;     // m above the floor
+    double sigma = 0.005;  // m
+    std::string robot;     // empty: no robot is where the camera is
 };
 
 using Placement = std::variant<KnownPose, KnownFloorPoints, Mount, KnownHeight>;
 
 struct SiteCamera {
     std::string id;
-    std::string source;                     // as written; resolve with source_path()
+    std::string source;  // as written; resolve with source_path()
     CameraModel model;
     Placement placement;
-    std::string background;                 // as written; empty: learn from the source itself
+    std::string background;  // as written; empty: learn from the source itself
 };
 
 struct Box {

@@ -36,9 +36,7 @@ struct PlacementText {
         }
         return text;
     }
-    std::string operator()(const Mount& mount) const {
-        return fmt::format("    mount: {{robot: {}, {}}}\n", mount.robot, pose_text(mount.robot_from_camera));
-    }
+    std::string operator()(const Mount& mount) const { return fmt::format("    mount: {{robot: {}, {}}}\n", mount.robot, pose_text(mount.robot_from_camera)); }
     std::string operator()(const KnownHeight& known) const {
         return fmt::format("    height: {}\n    height_sigma: {}\n{}", number_text(known.height), number_text(known.sigma),
                            known.robot.empty() ? "" : "    robot: " + known.robot + "\n");
@@ -48,8 +46,8 @@ struct PlacementText {
 std::string camera_text(const SiteCamera& camera) {
     const CameraModel& m = camera.model;
     std::string text = fmt::format("  {}:\n    source: {}\n    size: [{}, {}]\n", camera.id, camera.source, m.width, m.height);
-    text += fmt::format("    intrinsics: {{fx: {}, fy: {}, cx: {}, cy: {}}}\n    distortion: {}\n", number_text(m.fx), number_text(m.fy),
-                        number_text(m.cx), number_text(m.cy), list_text(m.distortion));
+    text += fmt::format("    intrinsics: {{fx: {}, fy: {}, cx: {}, cy: {}}}\n    distortion: {}\n", number_text(m.fx), number_text(m.fy), number_text(m.cx),
+                        number_text(m.cy), list_text(m.distortion));
     text += std::visit(PlacementText{}, camera.placement);
     if (!camera.background.empty()) text += "    background: " + camera.background + "\n";
     return text;
@@ -87,8 +85,8 @@ std::string site_text(const Site& site) {
     for (const auto& b : site.beacons) text += fmt::format("  {}: {{position: {}}}\n", b.id, list_text(b.position));
     if (!site.landmarks.empty()) text += "landmarks:\n";
     for (const auto& l : site.landmarks) {
-        text += fmt::format("  {}: {{position: {}, yaw_deg: {}, legs: {}{}}}\n", l.id, list_text(l.position), number_text(degrees(l.yaw)),
-                            list_text(l.legs), l.beacon.empty() ? "" : ", beacon: " + l.beacon);
+        text += fmt::format("  {}: {{position: {}, yaw_deg: {}, legs: {}{}}}\n", l.id, list_text(l.position), number_text(degrees(l.yaw)), list_text(l.legs),
+                            l.beacon.empty() ? "" : ", beacon: " + l.beacon);
     }
     if (!site.corners.empty()) text += "corners:\n";
     for (const auto& c : site.corners) text += fmt::format("  {}: {{position: {}, yaw_deg: {}}}\n", c.id, list_text(c.position), number_text(degrees(c.yaw)));

@@ -79,12 +79,10 @@ std::vector<std::pair<std::string, YAML::Node>> YamlReader::named(const YAML::No
     }
     for (const auto& entry : node) {
         const std::string id = entry.first.IsScalar() ? entry.first.Scalar() : "";
-        const bool plain = !id.empty() && id.size() <= 64 && std::all_of(id.begin(), id.end(), [](unsigned char c) {
-            return c < 128 && (std::isalnum(c) || c == '_' || c == '-');
-        });
+        const bool plain = !id.empty() && id.size() <= 64 &&
+                           std::all_of(id.begin(), id.end(), [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '_' || c == '-'); });
         if (!plain) {
-            error(entry.first, fmt::format("a name in {} may have letters, digits, '_' and '-' only (at most 64), not {}", what,
-                                           shown(entry.first)));
+            error(entry.first, fmt::format("a name in {} may have letters, digits, '_' and '-' only (at most 64), not {}", what, shown(entry.first)));
             continue;
         }
         const bool taken = std::any_of(entries.begin(), entries.end(), [&](const auto& e) { return e.first == id; });
@@ -142,12 +140,11 @@ bool YamlReader::list(const YAML::Node& node, const std::string& what) {
     return false;
 }
 
-std::optional<std::vector<double>> YamlReader::numbers(const YAML::Node& node, const std::string& what, std::size_t count,
-                                                       double least, double most) {
+std::optional<std::vector<double>> YamlReader::numbers(const YAML::Node& node, const std::string& what, std::size_t count, double least, double most) {
     if (!node.IsDefined()) return std::nullopt;
     if (!node.IsSequence() || node.size() != count) {
-        error(node, fmt::format("{} must be a list of {} numbers, not {}", what, count,
-                                node.IsSequence() ? fmt::format("{} of them", node.size()) : shown(node)));
+        error(node,
+              fmt::format("{} must be a list of {} numbers, not {}", what, count, node.IsSequence() ? fmt::format("{} of them", node.size()) : shown(node)));
         return std::nullopt;
     }
     std::vector<double> values;

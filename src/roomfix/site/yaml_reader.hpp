@@ -33,8 +33,7 @@ public:
     std::optional<int> integer(const YAML::Node& node, const std::string& what, int least, int most);
     std::optional<std::string> text(const YAML::Node& node, const std::string& what);
     /// A list of `count` numbers within the limits.
-    std::optional<std::vector<double>> numbers(const YAML::Node& node, const std::string& what, std::size_t count, double least,
-                                               double most);
+    std::optional<std::vector<double>> numbers(const YAML::Node& node, const std::string& what, std::size_t count, double least, double most);
     std::optional<Eigen::Vector2d> point2(const YAML::Node& node, const std::string& what);
     std::optional<Eigen::Vector3d> point3(const YAML::Node& node, const std::string& what);
     /// A list of any length; an empty optional with a problem if it is none.
