@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -10,6 +11,29 @@ namespace {
 
 const cv::Scalar outline_colour(80, 200, 60);  // BGR
 const cv::Scalar heading_colour(40, 140, 255);
+
+/// Writes labels above boxes (sixteenths of a pixel), on a dark ground, inside the picture and not over each other.
+class LabelWriter {
+public:
+    void write_above(cv::Mat& picture, const cv::Rect& box, const std::string& label) {
+        constexpr double size = 0.38;
+        int below = 0;
+        const cv::Size text = cv::getTextSize(label, cv::FONT_HERSHEY_SIMPLEX, size, 1, &below);
+        const int left = std::clamp((box.x + box.width / 2) / 16 - text.width / 2, 2, std::max(picture.cols - text.width - 2, 2));
+        const int bottom = std::max(box.y / 16 - 5, text.height + 3);
+        cv::Rect ground(left - 2, bottom - text.height - 2, text.width + 4, text.height + below + 2);
+        const auto covers_another = [&] {
+            return std::any_of(written_.begin(), written_.end(), [&](const cv::Rect& other) { return (other & ground).area() > 0; });
+        };
+        while (covers_another() && ground.y > ground.height) ground.y -= ground.height + 1;
+        written_.push_back(ground);
+        cv::rectangle(picture, ground, {40, 40, 40}, cv::FILLED);
+        cv::putText(picture, label, {left, ground.y + text.height + 2}, cv::FONT_HERSHEY_SIMPLEX, size, {255, 255, 255}, 1, cv::LINE_AA);
+    }
+
+private:
+    std::vector<cv::Rect> written_;
+};
 
 }  // namespace
 
@@ -33,6 +57,7 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
             return cv::Point(static_cast<int>(16 * ((p.x() - crop.x + 0.5) * options.zoom - 0.5)),
                              static_cast<int>(16 * ((p.y() - crop.y + 0.5) * options.zoom - 0.5)));
         };
+        LabelWriter label_writer;
         for (std::size_t i = 0; i < observations.size(); ++i) {
             const SilhouetteObservation& o = observations[i];
             std::vector<cv::Point> polygon;
@@ -42,10 +67,7 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
             const auto nose = project_map_point(view, {o.pose.x + 0.4 * std::cos(o.pose.yaw), o.pose.y + 0.4 * std::sin(o.pose.yaw), 0});
             if (foot && nose && o.yaw_known) cv::arrowedLine(large, place(*foot), place(*nose), heading_colour, 2, cv::LINE_AA, 4, 0.25);
             if (foot) cv::circle(large, place(*foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
-            if (i < labels.size() && foot) {
-                cv::Point at = place(o.outline[0].cast<double>());
-                cv::putText(large, labels[i], {at.x / 16, at.y / 16 - 8}, cv::FONT_HERSHEY_SIMPLEX, 0.45, outline_colour, 1, cv::LINE_AA);
-            }
+            if (i < labels.size()) label_writer.write_above(large, cv::boundingRect(polygon), labels[i]);
         }
         if (cv::imwrite(file.string(), large)) return {};
     } catch (const cv::Exception&) {
