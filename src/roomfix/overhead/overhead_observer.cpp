@@ -142,6 +142,7 @@ Blob OverheadObserver::look_closer(LumaView frame, const Blob& blob) {
     background_.add_faint(frame, box.left, box.top, box.right, box.bottom, foreground_);
     open(foreground_.mask, scratch_);
     close(foreground_.mask, scratch_);
+    if (masks_.foreground != &foreground_.mask) copy_remaining();
     return measure_blob(masks_, box);
 }
 
@@ -178,14 +179,24 @@ CoarsePose OverheadObserver::first_guess(const Blob& blob, const ShapePoints& sh
 void OverheadObserver::remove_from_remaining(Found& found) {
     found.removed = true;
     if (masks_.foreground == &foreground_.mask) {  // the rare case: only now work on a copy
-        remaining_ = foreground_.mask;
-        remaining_shadow_ = foreground_.shadow;
         taken_.resize(foreground_.mask.width(), foreground_.mask.height());
-        masks_ = {&remaining_, &remaining_shadow_, &taken_};
+        copy_remaining();
     }
     fill_region(taken_, found.coarse.silhouette.polygon());
     clear_region(remaining_, found.coarse.silhouette.polygon());
     clear_region(remaining_shadow_, found.coarse.silhouette.polygon());
+}
+
+/// The foreground without the robots that are explained.
+void OverheadObserver::copy_remaining() {
+    remaining_ = foreground_.mask;
+    remaining_shadow_ = foreground_.shadow;
+    for (const Found& found : found_) {
+        if (!found.removed) continue;
+        clear_region(remaining_, found.coarse.silhouette.polygon());
+        clear_region(remaining_shadow_, found.coarse.silhouette.polygon());
+    }
+    masks_ = {&remaining_, &remaining_shadow_, &taken_};
 }
 
 /// Fits every outline once more, without looking where other robots are.

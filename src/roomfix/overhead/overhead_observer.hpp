@@ -71,6 +71,7 @@ private:
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
     void remove_from_remaining(Found& found);
+    void copy_remaining();
     void refit_together(const FrameEvidence& evidence);
     bool acceptable(const Found& found) const;
     bool available(int robot) const;
