@@ -94,15 +94,22 @@ void OverheadObserver::explain(const FrameEvidence& evidence, const Component& c
 
 /// The robot of the site, not found elsewhere yet, that explains the blob best. `whole`: nothing of it is explained yet.
 OverheadObserver::Found OverheadObserver::best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole) {
+    const auto quality = [](const Found& found) {
+        return found.fit.score + found.coarse.filled() - found.coarse.missing / std::max(found.coarse.inside.area, 1.0);
+    };
     Found best;
     best.fit.score = -2;
+    double second = -10;  // quality of the next best robot that would do
     for (int robot = 0; robot < static_cast<int>(robots_.size()); ++robot) {
         if (!available(robot)) continue;
         const Found found = best_fit(evidence, blob, robot, whole);
-        const double quality = found.fit.score + found.coarse.filled() - found.coarse.missing / std::max(found.coarse.inside.area, 1.0);
-        const double before = best.fit.score + best.coarse.filled() - best.coarse.missing / std::max(best.coarse.inside.area, 1.0);
-        if (acceptable(found) > acceptable(best) || (acceptable(found) == acceptable(best) && quality > before)) best = found;
+        const bool better = acceptable(found) != acceptable(best) ? acceptable(found) : quality(found) > quality(best);
+        const Found& other = better ? best : found;
+        if (acceptable(other)) second = std::max(second, quality(other));
+        if (better) best = found;
     }
+    // What might as well be another robot of the site is not named.
+    if (!best.by_area && quality(best) - second < settings_.least_lead) best.fit.determined = false;
     return best;
 }
 
