@@ -21,7 +21,7 @@ struct OverheadSettings {
     double good_score = 0.60;       // above, no other place is tried
     double least_hidden = 0.24;     // part of the outline that must agree where the rest is hidden
     double surely_filled = 0.85;    // part of the silhouette that is foreground, where the outline alone does not convince
-    double least_lead = 0.15;      // of a robot's quality before the next robot's, to know which one it is
+    double least_lead = 0.15;       // of a robot's quality before the next robot's, to know which one it is
     double least_visible = 0.25;    // part of the outline in view
     double least_filled = 0.42;     // part of the silhouette that is foreground, for many soft targets
     double least_in_picture = 0.5;  // part of a soft target's silhouette that must be in the picture
