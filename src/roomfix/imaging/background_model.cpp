@@ -35,8 +35,9 @@ private:
     std::vector<std::uint8_t> copy_;
 };
 
-/// The part of a span that holds set bits.
-WordSpan used_words(const std::uint64_t* row, WordSpan span) {
+/// The part of a row that holds set bits.
+WordSpan used_words(const std::uint64_t* row, int words) {
+    WordSpan span{0, words};
     while (span.first < span.last && !row[span.first]) ++span.first;
     while (span.last > span.first && !row[span.last - 1]) --span.last;
     return span;
@@ -183,7 +184,7 @@ void BackgroundModel::classify(LumaView frame, Foreground& result) const {
         std::uint64_t* row = result.mask.row(y);
         simd::classify_row(row_at(padded(y), y, 0, words, result), row);
         row[words - 1] &= result.mask.tail();
-        result.mask.span(y) = used_words(row, {0, words});
+        result.mask.span(y) = used_words(row, words);
     }
     find_shadow(frame, result);
 }
@@ -205,7 +206,7 @@ void BackgroundModel::classify_solid(LumaView frame, Foreground& result) const {
         whole_row.ahead = 3 * mean_.view().stride;
         simd::classify_row(whole_row, row);
         row[words - 1] &= mask.tail();
-        mask.span(whole) = used_words(row, {0, words});
+        mask.span(whole) = used_words(row, words);
         mark_thick(row, mask.span(whole), width(), {below, groups});
         for (int y = done; y < whole; ++y) {
             std::uint64_t* between = mask.row(y);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/overhead/keep_apart.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -46,15 +48,10 @@ void search_outline(const BorderDistance& border, const View& view, const ShapeP
         }
     }
     std::sort(found.begin(), found.end(), [](const OutlineStart& a, const OutlineStart& b) { return a.support > b.support; });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < found.size() && kept < most; ++i) {
-        const bool apart = std::none_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), [&](const OutlineStart& k) {
-            const double turned = shape.round() ? 0 : std::abs(std::remainder(k.pose.yaw - found[i].pose.yaw, shape.symmetry));
-            return std::hypot(k.pose.x - found[i].pose.x, k.pose.y - found[i].pose.y) < 1.1 * step && turned < 1.1 * turn_step;
-        });
-        if (apart) found[kept++] = found[i];
-    }
-    found.resize(kept);
+    keep_apart(found, most, [&](const OutlineStart& a, const OutlineStart& b) {
+        const Eigen::Vector3d off = pose_difference(a.pose, b.pose, shape);
+        return off.head<2>().norm() < 1.1 * step && std::abs(off.z()) < 1.1 * turn_step;
+    });
 }
 
 }  // namespace roomfix

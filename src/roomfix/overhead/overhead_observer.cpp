@@ -94,9 +94,7 @@ void OverheadObserver::explain(const FrameEvidence& evidence, const Component& c
 
 /// The robot of the site, not found elsewhere yet, that explains the blob best. `whole`: nothing of it is explained yet.
 OverheadObserver::Found OverheadObserver::best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole) {
-    const auto quality = [](const Found& found) {
-        return found.fit.score + found.coarse.filled() - found.coarse.missing / std::max(found.coarse.inside.area, 1.0);
-    };
+    const auto quality = [](const Found& found) { return found.fit.score + found.coarse.filled() - found.coarse.missing_part(); };
     Found best;
     best.fit.score = -2;
     double second = -10;  // quality of the next best robot that would do
@@ -184,11 +182,11 @@ CoarsePose OverheadObserver::first_guess(const Blob& blob, const ShapePoints& sh
 }
 
 void OverheadObserver::remove_from_remaining(Found& found) {
-    found.removed = true;
     if (masks_.foreground == &foreground_.mask) {  // the rare case: only now work on a copy
         taken_.resize(foreground_.mask.width(), foreground_.mask.height());
         copy_remaining();
     }
+    found.removed = true;
     fill_region(taken_, found.coarse.silhouette.polygon());
     clear_region(remaining_, found.coarse.silhouette.polygon());
     clear_region(remaining_shadow_, found.coarse.silhouette.polygon());

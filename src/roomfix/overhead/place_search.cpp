@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/overhead/keep_apart.hpp"
+
 namespace roomfix {
 namespace {
 
 constexpr double same_place = 0.05;  // of the body's radius, and in radians
 constexpr double near_place = 0.2;   // likewise: the same up to a few edges
-
-/// Pose b seen from pose a: m, m, rad; the yaw modulo the shape's symmetry.
-Eigen::Vector3d difference(const Pose2& a, const Pose2& b, const ShapePoints& shape) {
-    return {b.x - a.x, b.y - a.y, shape.round() ? 0 : std::remainder(b.yaw - a.yaw, shape.symmetry)};
-}
 
 }  // namespace
 
@@ -35,8 +32,7 @@ PlaceSearch::Result PlaceSearch::find(const FrameEvidence& evidence, const Foreg
         const OutlineFit fit = fit_outline(evidence, view, shape, start.pose, {}, close);
         if (!fit.determined) continue;
         const CoarsePose coarse = coarse_agreement(masks, view, shape, fit.pose, blob);
-        const double missing = coarse.missing / std::max(coarse.inside.area, 1.0);
-        const double quality = fit.score - settings.missing_cost * missing - settings.unexplained_cost * border_.unexplained(fit.silhouette);
+        const double quality = fit.score - settings.missing_cost * coarse.missing_part() - settings.unexplained_cost * border_.unexplained(fit.silhouette);
         rivals_.push_back({fit.pose, fit.covariance, quality});
         if (rivals_.size() > 1 && quality <= first.quality) continue;
         first = rivals_.back();
@@ -65,15 +61,10 @@ void PlaceSearch::glance(const FrameEvidence& evidence, const View& view, const 
         glances_.push_back({seen.pose, seen.score - settings.unexplained_cost * border_.unexplained(seen.silhouette)});
     }
     std::sort(glances_.begin(), glances_.end(), [](const OutlineStart& a, const OutlineStart& b) { return a.support > b.support; });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < glances_.size() && kept < static_cast<std::size_t>(settings.most_fits); ++i) {
-        const bool seen_before = std::any_of(glances_.begin(), glances_.begin() + static_cast<std::ptrdiff_t>(kept), [&](const OutlineStart& g) {
-            const Eigen::Vector3d d = difference(g.pose, glances_[i].pose, shape);
-            return d.head<2>().norm() < same_place * shape.radius && std::abs(d.z()) < same_place;
-        });
-        if (!seen_before) glances_[kept++] = glances_[i];
-    }
-    glances_.resize(kept);
+    keep_apart(glances_, static_cast<std::size_t>(settings.most_fits), [&](const OutlineStart& a, const OutlineStart& b) {
+        const Eigen::Vector3d off = pose_difference(a.pose, b.pose, shape);
+        return off.head<2>().norm() < same_place * shape.radius && std::abs(off.z()) < same_place;
+    });
 }
 
 /// Mean of the places so near to the best one that they are the same up to a few edges, each weighted by how likely it is.
@@ -81,7 +72,7 @@ Pose2 PlaceSearch::mean_near(const Rival& best, const ShapePoints& shape, double
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double weights = 0;
     for (const Rival& rival : rivals_) {
-        const Eigen::Vector3d off = difference(best.pose, rival.pose, shape);
+        const Eigen::Vector3d off = pose_difference(best.pose, rival.pose, shape);
         if (off.head<2>().norm() > near_place * shape.radius || std::abs(off.z()) > near_place) continue;
         const double weight = std::exp((rival.quality - best.quality) / doubt);
         sum += weight * off;
@@ -97,7 +88,7 @@ Eigen::Matrix3d PlaceSearch::covariance_around(const Rival& best, const ShapePoi
     double weights = 0;
     for (const Rival& rival : rivals_) {
         const double weight = std::exp((rival.quality - best.quality) / doubt);
-        const Eigen::Vector3d off = difference(best.pose, rival.pose, shape);
+        const Eigen::Vector3d off = pose_difference(best.pose, rival.pose, shape);
         sum += weight * (rival.covariance + off * off.transpose());
         weights += weight;
     }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/overhead/keep_apart.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -128,14 +130,8 @@ void search_floor(const ForegroundMasks& masks, const View& view, const ShapePoi
         }
     }
     std::sort(found.begin(), found.end(), [](const CoarsePose& a, const CoarsePose& b) { return a.agreement > b.agreement; });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < found.size() && kept < most; ++i) {
-        const bool apart = std::none_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), [&](const CoarsePose& k) {
-            return std::hypot(k.pose.x - found[i].pose.x, k.pose.y - found[i].pose.y) < 0.5 * shape.radius;
-        });
-        if (apart) found[kept++] = found[i];
-    }
-    found.resize(kept);
+    keep_apart(found, most,
+               [&](const CoarsePose& a, const CoarsePose& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * shape.radius; });
 }
 
 }  // namespace roomfix

@@ -1,6 +1,7 @@
 // Where could a robot stand? Coarse poses from the foreground's area, before the outline is fitted.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct CoarsePose {
     double missing = 0;       // certain foreground of the blob outside the silhouette, px
 
     double open_area() const { return inside.area - inside.taken; }
+    double missing_part() const { return missing / std::max(inside.area, 1.0); }
     double filled() const { return open_area() > 0 ? inside.foreground / open_area() : 0; }
 };
 

@@ -78,6 +78,10 @@ ShapePoints shape_points(const Shape& shape, double size_sigma) {
     return result;
 }
 
+Eigen::Vector3d pose_difference(const Pose2& a, const Pose2& b, const ShapePoints& shape) {
+    return {b.x - a.x, b.y - a.y, shape.round() ? 0 : std::remainder(b.yaw - a.yaw, shape.symmetry)};
+}
+
 Eigen::Vector3d body_point_map(const ShapePoints& shape, int index, const Pose2& pose) {
     const Eigen::Vector3d& p = shape.points[static_cast<std::size_t>(index)];
     const double c = std::cos(pose.yaw);

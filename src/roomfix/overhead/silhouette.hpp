@@ -44,6 +44,9 @@ struct PixelBox {
 };
 PixelBox box_around(std::span<const Eigen::Vector2d> polygon);
 
+/// Pose b less pose a: m, m, rad; the yaw modulo the shape's symmetry, 0 for round ones.
+Eigen::Vector3d pose_difference(const Pose2& a, const Pose2& b, const ShapePoints& shape);
+
 /// A point of the body in the map.
 Eigen::Vector3d body_point_map(const ShapePoints& shape, int index, const Pose2& pose);
 
