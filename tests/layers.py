@@ -10,12 +10,15 @@ below = {
     "imaging": ["base", "geometry"],
     "site": ["base", "geometry"],
     "observation": ["base", "geometry", "site"],
+    "ranging": ["base", "geometry", "site", "observation"],
+    "ceiling": ["base", "geometry", "imaging", "site", "observation"],
     "overhead": ["base", "geometry", "imaging", "site", "observation"],
     "estimate": ["base", "geometry", "site", "observation"],
-    "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead"],
-    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "estimate", "simulate"],
-    "connect": ["base", "geometry", "imaging", "site", "observation"],
-    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "estimate", "connect"],
+    "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling"],
+    "calibrate": ["base", "geometry", "imaging", "site", "observation", "ceiling"],
+    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "ranging", "estimate", "simulate", "calibrate"],
+    "connect": ["base", "geometry", "imaging", "site", "observation", "ranging", "ceiling"],
+    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "ranging", "estimate", "calibrate", "connect"],
 }
 root = pathlib.Path(sys.argv[1])
 wrong = []

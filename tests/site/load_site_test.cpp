@@ -23,10 +23,13 @@ cameras:
 robots:
   r1: {shape: box, size: [0.54, 0.54, 0.45]}
   cart: {shape: cylinder, size: [0.5, 1.7], count: many}
+  lift: {shape: box, size: [0.8, 0.6, 0.4], receiver: {position: [0, 0, 0.4], source: /dev/ttyUSB0}, tag: {id: 7, size: 0.12, position: [0, 0, 0.4], yaw_deg: 90}}
 landmarks:
   n1: {position: [1.0, 1.25, 3.0], yaw_deg: 90, legs: [0.10, 0.15], beacon: n1}
+  t5: {position: [2.0, 1.25, 3.0], tag: 5, size: 0.16}
+  door: {position: [0, 2, 1.5], yaw_deg: 180, tag: 6, size: 0.2, facing: wall, sigma: 0.004}
 beacons:
-  n1: {position: [1.0, 1.25, 3.0]}
+  n1: {position: [1.0, 1.25, 3.0], address: "01:25:61:61:0b:00:00:42"}
 corners:
   nw: {position: [0, 0, 2.7], yaw_deg: 0}
 )";
@@ -52,9 +55,17 @@ TEST(LoadSite, ReadsEverything) {
     EXPECT_EQ(site.cameras[0].id, "hall");
     EXPECT_EQ(site.cameras[0].model.fx, 518.38);
     EXPECT_TRUE(std::holds_alternative<Mount>(site.cameras[1].placement));
-    ASSERT_EQ(site.robots.size(), 2U);
+    ASSERT_EQ(site.robots.size(), 3U);
     EXPECT_TRUE(site.robots[1].many);
-    EXPECT_NEAR(site.landmarks[0].yaw, 1.5707963, 1e-6);
+    EXPECT_LT((map_points(site.landmarks[0])[1] - Eigen::Vector3d(1.075, 1.30, 3.0)).norm(), 1e-12) << "leg a points along yaw";
+    // Corners as the tag is read: bottom left first, then counter-clockwise for the reader.
+    const auto ceiling_tag = map_points(site.landmarks[1]);
+    EXPECT_LT((ceiling_tag[0] - Eigen::Vector3d(1.92, 1.17, 3)).norm(), 1e-12) << "from below, with x up, y points to the left";
+    EXPECT_LT((ceiling_tag[1] - Eigen::Vector3d(1.92, 1.33, 3)).norm(), 1e-12);
+    const auto door = map_points(site.landmarks[2]);
+    EXPECT_LT((door[3] - Eigen::Vector3d(0, 1.9 + 0.2, 1.6)).norm(), 1e-12) << "for who looks along +x at the door, left is +y";
+    EXPECT_LT((site.robots[2].robot_from_tag.linear().col(1) - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12) << "its upper edge points to the robot's left";
+    EXPECT_EQ(site.robots[2].receiver->source, "/dev/ttyUSB0");
     EXPECT_EQ(resolved_path(site, "frames/hall"), "/somewhere/frames/hall");
     EXPECT_EQ(resolved_path(site, "rtsp://camera/1"), "rtsp://camera/1");
     EXPECT_TRUE(problem_with(loaded, "no covariance")) << "a note says that the calibration is left out";
@@ -75,7 +86,7 @@ TEST(LoadSite, ReportsAllMistakesAtOnceWithTheirPlaces) {
                     {"no key 'sorce': did you mean 'source'?", 10, 5},
                     {"needs the key 'source'", 10, 5},
                     {"shape must be box or cylinder, not 'ball'", 15, 15},
-                    {"no beacon 'n9'", 18, 77}};
+                    {"no beacon 'n9'", 19, 77}};
     for (const auto& e : expected) {
         const Problem* p = problem_with(loaded, e.words);
         ASSERT_TRUE(p) << e.words;
@@ -101,6 +112,15 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"  up:", "  'a b':", "letters, digits"},
         {"count: many", "count: lots", "must be 'many' or 1"},
         {"size: [0.54, 0.54, 0.45]", "size: [0.54, 0, 0.45]", "must lie between"},
+        {"tag: 5, size: 0.16", "tag: 5", "needs the key 'size'"},
+        {"tag: 5, size: 0.16", "size: 0.16", "either legs"},
+        {"legs: [0.10, 0.15]", "legs: [0.10, 0.15], tag: 3", "only one of"},
+        {"tag: 6", "tag: 5", "already"},
+        {"facing: wall", "facing: north", "facing must be"},
+        {"  n1: {position: [1.0, 1.25, 3.0], address", "  n2: {position: [1, 1, 3], address: n1}\n  n1: {position: [1.0, 1.25, 3.0], address", "called the same"},
+        {"corners:", "  n2: {position: [1, 1, 3], address: \"01:25:61:61:0b:00:00:42\"}\ncorners:", "called the same"},
+        {"id: 7, size: 0.12", "id: 700, size: 0.12", "between 0 and 586"},
+        {"count: many", "count: many, receiver: {position: [0, 0, 1]}", "an entry of its own"},
     };
     for (const auto& c : cases) {
         const LoadedSite loaded = parse_site(with(good, c.from, c.to), "/");

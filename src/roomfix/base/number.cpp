@@ -1,5 +1,6 @@
 #include "roomfix/base/number.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -33,10 +34,20 @@ std::string number_text(double value) {
     return status == std::errc() ? std::string(buffer.data(), end) : std::string("0");
 }
 
-std::string fixed_text(double value, int decimals) {
-    std::array<char, 400> buffer;
-    const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed, decimals);
-    return status == std::errc() ? std::string(buffer.data(), end) : number_text(value);
+std::optional<std::int64_t> parse_seconds(std::string_view text) {
+    const bool negative = !text.empty() && text[0] == '-';
+    if (negative) text.remove_prefix(1);
+    const auto dot = std::min(text.find('.'), text.size());
+    const std::string_view whole = text.substr(0, dot);
+    std::string fraction(dot < text.size() ? text.substr(dot + 1) : std::string_view());
+    const auto digits = [](std::string_view part) { return part.find_first_not_of("0123456789") == std::string_view::npos; };
+    if ((whole.empty() && fraction.empty()) || whole.size() > 10 || !digits(whole) || !digits(fraction)) return std::nullopt;
+    fraction.resize(9, '0');
+    const auto seconds = parse_integer(whole.empty() ? "0" : whole);
+    const auto rest = parse_integer(fraction);
+    if (!seconds || !rest || *seconds > 9'000'000'000) return std::nullopt;
+    const std::int64_t magnitude = *seconds * 1'000'000'000 + *rest;
+    return negative ? -magnitude : magnitude;
 }
 
 std::string seconds_text(std::int64_t nanoseconds) {

@@ -14,11 +14,12 @@ std::optional<double> parse_number(std::string_view text);
 /// The whole of `text` as a decimal integer; nothing otherwise, also on overflow.
 std::optional<std::int64_t> parse_integer(std::string_view text);
 
+/// Decimal seconds without loss as nanoseconds: "12.345678901" -> 12345678901. Nothing for other texts and beyond +-9e9 s;
+/// digits after the ninth decimal are cut off.
+std::optional<std::int64_t> parse_seconds(std::string_view text);
+
 /// The shortest text that reads back as the same number, with a dot as decimal point.
 std::string number_text(double value);
-
-/// `value` with a fixed number of decimals.
-std::string fixed_text(double value, int decimals);
 
 /// Nanoseconds as decimal seconds without loss: 12345678901 -> "12.345678901".
 std::string seconds_text(std::int64_t nanoseconds);

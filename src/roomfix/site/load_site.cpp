@@ -29,24 +29,27 @@ std::optional<Eigen::Isometry3d> read_pose(YamlReader& reader, const YAML::Node&
     return pose;
 }
 
+/// A pose's covariance, if it is stated; zero otherwise.
+std::optional<Matrix6d> read_covariance(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    const auto c = reader.numbers(node["covariance"], what + ".covariance", 36, -1e6, 1e6);
+    if (!c) return std::nullopt;
+    const Matrix6d p = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(c->data());
+    const double largest = p.cwiseAbs().maxCoeff();
+    const bool symmetric = (p - p.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * largest;
+    if (!symmetric || Eigen::SelfAdjointEigenSolver<Matrix6d>(p).eigenvalues()[0] < -1e-9 * largest) {
+        reader.error(node["covariance"], what +
+                                             ".covariance is not symmetric and positive: write it row by row, "
+                                             "order x, y, z, rotation about x, y, z");
+    }
+    return p;
+}
+
 std::optional<Placement> read_known_pose(YamlReader& reader, const YAML::Node& node, const std::string& what) {
     if (!reader.map(node, what, {"position", "quaternion", "covariance"})) return std::nullopt;
     const auto pose = read_pose(reader, node, what);
-    KnownPose known;
-    if (const auto c = reader.numbers(node["covariance"], what + ".covariance", 36, -1e6, 1e6)) {
-        known.map_from_camera.covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(c->data());
-        known.has_covariance = true;
-        const Matrix6d& p = known.map_from_camera.covariance;
-        const bool symmetric = (p - p.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * p.cwiseAbs().maxCoeff();
-        if (!symmetric || Eigen::SelfAdjointEigenSolver<Matrix6d>(p).eigenvalues()[0] < 0) {
-            reader.error(node["covariance"], what +
-                                                 ".covariance is not symmetric and positive: write it row by row, "
-                                                 "order x, y, z, rotation about x, y, z");
-        }
-    }
+    const auto covariance = read_covariance(reader, node, what);
     if (!pose) return std::nullopt;
-    known.map_from_camera.pose = *pose;
-    return known;
+    return KnownPose{{*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value()};
 }
 
 std::optional<Placement> read_floor_points(YamlReader& reader, const YAML::Node& node, const YAML::Node& sigma, const std::string& what) {
@@ -77,11 +80,12 @@ std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& no
     if (given[0] == "pose") return read_known_pose(reader, node["pose"], inner);
     if (given[0] == "floor_points") return read_floor_points(reader, node["floor_points"], node["floor_points_sigma"], inner);
     if (given[0] == "mount") {
-        if (!reader.map(node["mount"], inner, {"robot", "position", "quaternion"})) return std::nullopt;
+        if (!reader.map(node["mount"], inner, {"robot", "position", "quaternion", "covariance"})) return std::nullopt;
         const auto robot = reader.text(reader.required(node["mount"], "robot", inner), inner + ".robot");
         const auto pose = read_pose(reader, node["mount"], inner);
+        const auto covariance = read_covariance(reader, node["mount"], inner);
         if (!robot || !pose) return std::nullopt;
-        return Mount{*robot, *pose};
+        return Mount{*robot, {*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value()};
     }
     KnownHeight known;
     known.height = reader.number(node["height"], inner, 0.001, tallest).value_or(1);
@@ -129,9 +133,49 @@ void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& no
     site.cameras.push_back(camera);
 }
 
+std::optional<Tag> read_tag(YamlReader& reader, const YAML::Node& node, const char* number_key, const std::string& what) {
+    constexpr int last = 586;  // of tag36h11
+    const auto number = reader.integer(reader.required(node, number_key, what), what + "." + number_key, 0, last);
+    const auto size = reader.number(reader.required(node, "size", what), what + ".size", 0.005, 10);
+    if (!number || !size) return std::nullopt;
+    return Tag{*number, *size};
+}
+
+enum class Facing { down, up, wall };
+
+/// The tag's frame in its holder's: on the ceiling and on the floor `yaw` is where its upper edge points, on a wall where its
+/// face looks.
+Eigen::Isometry3d tag_pose(const Eigen::Vector3d& position, double yaw, Facing facing) {
+    const Eigen::Vector3d along(std::cos(yaw), std::sin(yaw), 0);
+    const Eigen::Vector3d up = facing == Facing::wall ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : along;
+    const Eigen::Vector3d out = facing == Facing::wall ? along : Eigen::Vector3d(0, 0, facing == Facing::up ? 1 : -1);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() << up.cross(out), up, out;
+    pose.translation() = position;
+    return pose;
+}
+
+Receiver read_receiver(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    Receiver receiver;
+    if (!reader.map(node, what, {"position", "source", "sigma"})) return receiver;
+    receiver.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(receiver.position);
+    receiver.source = reader.text(node["source"], what + ".source").value_or("");
+    receiver.sigma = reader.number(node["sigma"], what + ".sigma", 1e-5, 100).value_or(receiver.sigma);
+    return receiver;
+}
+
+/// A tag on the robot's top: its upper edge points forward at yaw 0.
+void read_robot_tag(YamlReader& reader, const YAML::Node& node, const std::string& what, SiteRobot& robot) {
+    if (!reader.map(node, what, {"id", "size", "position", "yaw_deg"})) return;
+    robot.tag = read_tag(reader, node, "id", what);
+    const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
+    const double yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
+    robot.robot_from_tag = tag_pose(position.value_or(Eigen::Vector3d::Zero()), yaw, Facing::up);
+}
+
 void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "robots." + id;
-    if (!reader.map(node, what, {"shape", "size", "size_sigma", "count"})) return;
+    if (!reader.map(node, what, {"shape", "size", "size_sigma", "count", "receiver", "tag"})) return;
     SiteRobot robot;
     robot.id = id;
     const auto kind = reader.text(reader.required(node, "shape", what), what + ".shape");
@@ -154,32 +198,77 @@ void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& nod
         robot.many = *count == "many";
         if (*count != "many" && *count != "1") reader.error(node["count"], what + ".count must be 'many' or 1");
     }
+    if (node["receiver"].IsDefined()) robot.receiver = read_receiver(reader, node["receiver"], what + ".receiver");
+    if (node["tag"].IsDefined()) read_robot_tag(reader, node["tag"], what + ".tag", robot);
+    for (const char* single : {"receiver", "tag"}) {
+        if (robot.many && node[single].IsDefined()) {
+            reader.error(node[single], fmt::format("{}.{}: there are many of this robot: give each robot with a {} an entry of its own", what, single, single));
+        }
+    }
     site.robots.push_back(robot);
 }
 
+void read_beacon(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
+    const std::string what = "beacons." + id;
+    if (!reader.map(node, what, {"position", "address"})) return;
+    SiteBeacon beacon{id};
+    beacon.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(beacon.position);
+    beacon.address = reader.text(node["address"], what + ".address").value_or("");
+    for (const SiteBeacon& other : site.beacons) {
+        const bool same = !beacon.address.empty() && (beacon.address == other.address || beacon.address == other.id);
+        if (same || other.address == id) {
+            reader.error(node, fmt::format("{}: beacon {} is called the same: ranges could not be told apart; give each its own address", what, other.id));
+        }
+    }
+    site.beacons.push_back(beacon);
+}
+
+void read_tag_landmark(YamlReader& reader, const YAML::Node& node, const std::string& what, const Eigen::Vector3d& position, double yaw,
+                       SiteLandmark& landmark, const Site& site) {
+    if (const auto tag = read_tag(reader, node, "tag", what)) landmark.kind = *tag;
+    const std::string facing = reader.text(node["facing"], what + ".facing").value_or("down");
+    if (facing != "down" && facing != "up" && facing != "wall") {
+        reader.error(node["facing"], fmt::format("{}.facing must be down (ceiling), wall or up (floor), not '{}'", what, facing));
+    }
+    landmark.map_from_landmark = tag_pose(position, yaw, facing == "wall" ? Facing::wall : facing == "up" ? Facing::up : Facing::down);
+    for (const SiteLandmark& other : site.landmarks) {
+        const auto* tag = std::get_if<Tag>(&other.kind);
+        if (tag && std::holds_alternative<Tag>(landmark.kind) && tag->number == std::get<Tag>(landmark.kind).number) {
+            reader.error(node["tag"], fmt::format("{}.tag: tag {} is landmark {} already: print another number", what, tag->number, other.id));
+        }
+    }
+}
+
+void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
+    const std::string what = "landmarks." + id;
+    if (!reader.map(node, what, {"position", "yaw_deg", "legs", "tag", "size", "facing", "beacon", "sigma"})) return;
+    SiteLandmark landmark{id};
+    const Eigen::Vector3d position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(Eigen::Vector3d::Zero());
+    const double yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
+    const bool is_tag = node["tag"].IsDefined();
+    if (is_tag == node["legs"].IsDefined()) {
+        reader.error(node, fmt::format("{} needs {} legs: [a, b] (three LEDs) or tag: number and size: edge (an AprilTag)", what, is_tag ? "only one of" : "either"));
+    } else if (is_tag) {
+        read_tag_landmark(reader, node, what, position, yaw, landmark, site);
+    } else {
+        if (const auto legs = reader.numbers(node["legs"], what + ".legs", 2, 0.001, 10)) landmark.kind = LedTriangle{(*legs)[0], (*legs)[1]};
+        landmark.map_from_landmark = Eigen::Translation3d(position) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+        for (const char* other : {"size", "facing"}) {
+            if (node[other].IsDefined()) reader.error(node[other], fmt::format("{}.{} belongs to a tag; three LEDs have legs", what, other));
+        }
+    }
+    landmark.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(landmark.sigma);
+    landmark.beacon = reader.text(node["beacon"], what + ".beacon").value_or("");
+    const bool known = std::any_of(site.beacons.begin(), site.beacons.end(), [&](const auto& b) { return b.id == landmark.beacon; });
+    if (!landmark.beacon.empty() && !known) {
+        reader.error(node["beacon"], fmt::format("{}.beacon: there is no beacon '{}' under beacons", what, landmark.beacon));
+    }
+    site.landmarks.push_back(landmark);
+}
+
 void read_installed(YamlReader& reader, const YAML::Node& root, Site& site) {
-    for (const auto& [id, node] : reader.named(root["beacons"], "beacons")) {
-        const std::string what = "beacons." + id;
-        if (!reader.map(node, what, {"position"})) continue;
-        const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
-        site.beacons.push_back({id, position.value_or(Eigen::Vector3d::Zero())});
-    }
-    for (const auto& [id, node] : reader.named(root["landmarks"], "landmarks")) {
-        const std::string what = "landmarks." + id;
-        if (!reader.map(node, what, {"position", "yaw_deg", "legs", "beacon"})) continue;
-        SiteLandmark landmark{id};
-        landmark.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(landmark.position);
-        landmark.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
-        if (const auto legs = reader.numbers(reader.required(node, "legs", what), what + ".legs", 2, 0.001, 10)) {
-            landmark.legs = {(*legs)[0], (*legs)[1]};
-        }
-        landmark.beacon = reader.text(node["beacon"], what + ".beacon").value_or("");
-        const bool known = std::any_of(site.beacons.begin(), site.beacons.end(), [&](const auto& b) { return b.id == landmark.beacon; });
-        if (!landmark.beacon.empty() && !known) {
-            reader.error(node["beacon"], fmt::format("{}.beacon: there is no beacon '{}' under beacons", what, landmark.beacon));
-        }
-        site.landmarks.push_back(landmark);
-    }
+    for (const auto& [id, node] : reader.named(root["beacons"], "beacons")) read_beacon(reader, id, node, site);
+    for (const auto& [id, node] : reader.named(root["landmarks"], "landmarks")) read_landmark(reader, id, node, site);
     for (const auto& [id, node] : reader.named(root["corners"], "corners")) {
         const std::string what = "corners." + id;
         if (!reader.map(node, what, {"position", "yaw_deg"})) continue;
@@ -205,9 +294,10 @@ void read_outputs(YamlReader& reader, const YAML::Node& node, Site& site) {
 }
 
 void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
-    if (!node.IsDefined() || !reader.map(node, "site", {"name", "ceiling", "walls"})) return;
+    if (!node.IsDefined() || !reader.map(node, "site", {"name", "ceiling", "temperature", "walls"})) return;
     site.name = reader.text(reader.required(node, "name", "site"), "site.name").value_or("");
     site.ceiling = reader.number(node["ceiling"], "site.ceiling", 0.1, tallest).value_or(0);
+    site.temperature = reader.number(node["temperature"], "site.temperature", -60, 80).value_or(site.temperature);
     if (!node["walls"].IsDefined() || !reader.list(node["walls"], "site.walls")) return;
     for (const auto& line : node["walls"]) {
         const std::string what = fmt::format("site.walls[{}]", site.walls.size());
@@ -237,6 +327,10 @@ void check_references(YamlReader& reader, const YAML::Node& root, const Site& si
         }
         if (const auto* known = std::get_if<KnownPose>(&camera.placement); known && !known->has_covariance) {
             reader.warn(node["pose"], fmt::format("cameras.{}.pose has no covariance: the fixes' uncertainty leaves the calibration out", camera.id));
+        }
+        if (const auto* mount = std::get_if<Mount>(&camera.placement); mount && !mount->has_covariance) {
+            reader.warn(node["mount"], fmt::format("cameras.{}.mount has no covariance: the fixes' uncertainty leaves the mount's tilt out; "
+                                                   "'roomfix calibrate mount' measures it", camera.id));
         }
     }
 }

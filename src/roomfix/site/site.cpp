@@ -23,6 +23,22 @@ Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
     return Error{fmt::format("camera {} is not fixed in the map: only a camera with 'pose' or 'floor_points' can watch robots", camera.id)};
 }
 
+std::vector<Eigen::Vector3d> own_points(const std::variant<LedTriangle, Tag>& kind) {
+    if (const auto* triangle = std::get_if<LedTriangle>(&kind)) {
+        const double x = triangle->a / 2;
+        const double y = triangle->b / 2;
+        return {{-x, -y, 0}, {x, -y, 0}, {-x, y, 0}};
+    }
+    const double half = std::get<Tag>(kind).size / 2;
+    return {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
+}
+
+std::vector<Eigen::Vector3d> map_points(const SiteLandmark& landmark) {
+    auto points = own_points(landmark.kind);
+    for (auto& p : points) p = landmark.map_from_landmark * p;
+    return points;
+}
+
 Eigen::Vector3d half_size(const Shape& shape) {
     if (const auto* box = std::get_if<Box>(&shape)) return {box->length / 2, box->width / 2, box->height / 2};
     const auto& cylinder = std::get<Cylinder>(shape);

@@ -31,7 +31,8 @@ struct KnownFloorPoints {
 /// A camera on a robot.
 struct Mount {
     std::string robot;
-    Eigen::Isometry3d robot_from_camera = Eigen::Isometry3d::Identity();
+    UncertainPose3 robot_from_camera;
+    bool has_covariance = false;
 };
 
 /// A camera of which only the height is known.
@@ -59,23 +60,46 @@ struct Cylinder {
 };
 using Shape = std::variant<Box, Cylinder>;
 
+/// A printed AprilTag of the family tag36h11. Its own frame: x to the right and y up as it is read, z out of the paper.
+struct Tag {
+    int number = 0;
+    double size = 0;  // m, edge of the black square
+};
+
+/// The listener on a robot that measures ranges to beacons.
+struct Receiver {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, robot frame
+    std::string source;                                  // as written: file or serial device; empty: none
+    double sigma = 0.02;                                 // m, of ranges that do not state their own
+};
+
 struct SiteRobot {
     std::string id;
     Shape shape;
     double size_sigma = 0.005;  // m: how well the shape is known
     bool many = false;          // any number of them, all alike
+    std::optional<Receiver> receiver;
+    std::optional<Tag> tag;
+    Eigen::Isometry3d robot_from_tag = Eigen::Isometry3d::Identity();
+};
+
+/// Three LEDs in a right triangle: in the landmark's own x, y the right angle is at (-a/2, -b/2), the end of leg a at
+/// (a/2, -b/2), the end of leg b at (-a/2, b/2).
+struct LedTriangle {
+    double a = 0, b = 0;  // m
 };
 
 struct SiteLandmark {
     std::string id;
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    double yaw = 0;
-    std::array<double, 2> legs = {0, 0};
-    std::string beacon;
+    std::variant<LedTriangle, Tag> kind;
+    Eigen::Isometry3d map_from_landmark = Eigen::Isometry3d::Identity();
+    double sigma = 0.002;  // m: how well each coordinate of its position is known
+    std::string beacon;    // the beacon that sits there, if any
 };
 struct SiteBeacon {
     std::string id;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    std::string address;  // what the beacon calls itself, if not its id
 };
 struct SiteCorner {
     std::string id;
@@ -97,7 +121,8 @@ using Polyline = std::vector<Eigen::Vector2d>;
 struct Site {
     std::filesystem::path folder;  // relative paths start here
     std::string name;
-    double ceiling = 0;  // m; 0: not stated
+    double ceiling = 0;       // m; 0: not stated
+    double temperature = 20;  // degC, of the air that sound goes through
     std::vector<Polyline> walls;
     std::vector<SiteCamera> cameras;
     std::vector<SiteRobot> robots;
@@ -120,6 +145,12 @@ std::string resolved_path(const Site& site, const std::string& path);
 /// The camera as a view of the map, with the covariance that its placement gives. An error for a camera on a robot or of
 /// known height only, and where the floor points do not fix the pose. `note` receives a sentence worth showing, if any.
 Result<View> fixed_view(const SiteCamera& camera, std::string* note = nullptr);
+
+/// The landmark's points in its own frame: a triangle's LEDs (right angle, end of leg a, end of leg b), or a tag's corners (as
+/// it is read: bottom left, bottom right, top right, top left).
+std::vector<Eigen::Vector3d> own_points(const std::variant<LedTriangle, Tag>& kind);
+/// The same points in the map, m.
+std::vector<Eigen::Vector3d> map_points(const SiteLandmark& landmark);
 
 /// Length of the robot along each axis: half sizes of the box around it (m).
 Eigen::Vector3d half_size(const Shape& shape);

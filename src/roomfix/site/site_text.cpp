@@ -20,14 +20,14 @@ std::string pose_text(const Eigen::Isometry3d& pose) {
     return fmt::format("position: {}, quaternion: {}", list_text(std::array{p.x(), p.y(), p.z()}), list_text(std::array{q.x(), q.y(), q.z(), q.w()}));
 }
 
+std::string covariance_text(const Matrix6d& covariance) {
+    const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> p = covariance;
+    return ", covariance: " + list_text(std::vector<double>(p.data(), p.data() + 36));
+}
+
 struct PlacementText {
     std::string operator()(const KnownPose& known) const {
-        std::string text = "    pose: {" + pose_text(known.map_from_camera.pose);
-        if (known.has_covariance) {
-            const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> p = known.map_from_camera.covariance;
-            text += ", covariance: " + list_text(std::vector<double>(p.data(), p.data() + 36));
-        }
-        return text + "}\n";
+        return "    pose: {" + pose_text(known.map_from_camera.pose) + (known.has_covariance ? covariance_text(known.map_from_camera.covariance) : "") + "}\n";
     }
     std::string operator()(const KnownFloorPoints& floor) const {
         std::string text = fmt::format("    floor_points_sigma: {}\n    floor_points:\n", number_text(floor.sigma));
@@ -36,7 +36,7 @@ struct PlacementText {
         }
         return text;
     }
-    std::string operator()(const Mount& mount) const { return fmt::format("    mount: {{robot: {}, {}}}\n", mount.robot, pose_text(mount.robot_from_camera)); }
+    std::string operator()(const Mount& mount) const { return "    mount: " + mount_text(mount) + "\n"; }
     std::string operator()(const KnownHeight& known) const {
         return fmt::format("    height: {}\n    height_sigma: {}\n{}", number_text(known.height), number_text(known.sigma),
                            known.robot.empty() ? "" : "    robot: " + known.robot + "\n");
@@ -53,6 +53,8 @@ std::string camera_text(const SiteCamera& camera) {
     return text;
 }
 
+double yaw_of(const Eigen::Vector3d& direction) { return degrees(std::atan2(direction.y(), direction.x())); }
+
 std::string robot_text(const SiteRobot& robot) {
     std::string shape;
     if (const auto* box = std::get_if<Box>(&robot.shape)) {
@@ -61,14 +63,44 @@ std::string robot_text(const SiteRobot& robot) {
         const auto& cylinder = std::get<Cylinder>(robot.shape);
         shape = "shape: cylinder, size: " + list_text(std::array{cylinder.diameter, cylinder.height});
     }
-    return fmt::format("  {}: {{{}, size_sigma: {}{}}}\n", robot.id, shape, number_text(robot.size_sigma), robot.many ? ", count: many" : "");
+    std::string text = fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, shape, number_text(robot.size_sigma), robot.many ? ", count: many" : "");
+    if (robot.receiver) {
+        text += fmt::format(",\n     receiver: {{position: {}, sigma: {}{}}}", list_text(robot.receiver->position), number_text(robot.receiver->sigma),
+                            robot.receiver->source.empty() ? "" : ", source: " + robot.receiver->source);
+    }
+    if (robot.tag) {
+        text += fmt::format(",\n     tag: {{id: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, number_text(robot.tag->size),
+                            list_text(robot.robot_from_tag.translation()), number_text(yaw_of(robot.robot_from_tag.linear().col(1))));
+    }
+    return text + "}\n";
+}
+
+std::string landmark_text(const SiteLandmark& landmark) {
+    const Eigen::Isometry3d& pose = landmark.map_from_landmark;
+    std::string text = fmt::format("  {}: {{position: {}, sigma: {}", landmark.id, list_text(pose.translation()), number_text(landmark.sigma));
+    if (const auto* triangle = std::get_if<LedTriangle>(&landmark.kind)) {
+        text += fmt::format(", yaw_deg: {}, legs: {}", number_text(yaw_of(pose.linear().col(0))), list_text(std::array{triangle->a, triangle->b}));
+    } else {
+        const Tag& tag = std::get<Tag>(landmark.kind);
+        const double out = pose.linear()(2, 2);
+        const bool wall = std::abs(out) < 0.5;
+        text += fmt::format(", yaw_deg: {}, tag: {}, size: {}, facing: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag.number,
+                            number_text(tag.size), wall ? "wall" : out > 0 ? "up" : "down");
+    }
+    return text + (landmark.beacon.empty() ? "" : ", beacon: " + landmark.beacon) + "}\n";
 }
 
 }  // namespace
 
+std::string mount_text(const Mount& mount) {
+    return fmt::format("{{robot: {}, {}{}}}", mount.robot, pose_text(mount.robot_from_camera.pose),
+                       mount.has_covariance ? covariance_text(mount.robot_from_camera.covariance) : "");
+}
+
 std::string site_text(const Site& site) {
     std::string text = fmt::format("roomfix: 1\nsite:\n  name: {}\n", site.name);
     if (site.ceiling > 0) text += "  ceiling: " + number_text(site.ceiling) + "\n";
+    if (site.temperature != Site().temperature) text += "  temperature: " + number_text(site.temperature) + "\n";
     if (!site.walls.empty()) {
         text += "  walls:\n";
         for (const Polyline& line : site.walls) {
@@ -82,12 +114,11 @@ std::string site_text(const Site& site) {
     if (!site.robots.empty()) text += "robots:\n";
     for (const auto& robot : site.robots) text += robot_text(robot);
     if (!site.beacons.empty()) text += "beacons:\n";
-    for (const auto& b : site.beacons) text += fmt::format("  {}: {{position: {}}}\n", b.id, list_text(b.position));
-    if (!site.landmarks.empty()) text += "landmarks:\n";
-    for (const auto& l : site.landmarks) {
-        text += fmt::format("  {}: {{position: {}, yaw_deg: {}, legs: {}{}}}\n", l.id, list_text(l.position), number_text(degrees(l.yaw)), list_text(l.legs),
-                            l.beacon.empty() ? "" : ", beacon: " + l.beacon);
+    for (const auto& b : site.beacons) {
+        text += fmt::format("  {}: {{position: {}{}}}\n", b.id, list_text(b.position), b.address.empty() ? "" : ", address: \"" + b.address + "\"");
     }
+    if (!site.landmarks.empty()) text += "landmarks:\n";
+    for (const auto& l : site.landmarks) text += landmark_text(l);
     if (!site.corners.empty()) text += "corners:\n";
     for (const auto& c : site.corners) text += fmt::format("  {}: {{position: {}, yaw_deg: {}}}\n", c.id, list_text(c.position), number_text(degrees(c.yaw)));
     if (site.outputs.web || !site.outputs.jsonl.empty()) {

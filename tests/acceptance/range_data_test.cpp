@@ -1,0 +1,99 @@
+// Recorded ranges: how much robust trilateration wins over plain least squares. The figures stand in docs/kim2011.md.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "roomfix/base/number.hpp"
+#include "roomfix/evaluate/consistency.hpp"
+#include "roomfix/ranging/range_reader.hpp"
+#include "roomfix/ranging/trilateration.hpp"
+#include "roomfix/site/load_site.hpp"
+
+namespace roomfix {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path data_folder(const char* name) {
+    const char* from_user = std::getenv("ROOMFIX_DATA");
+    return (from_user ? fs::path(from_user) : fs::path(ROOMFIX_SOURCE) / "../shared/data") / name;
+}
+
+std::string text_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+std::vector<std::vector<double>> numbers_of(const fs::path& file) {
+    std::vector<std::vector<double>> rows;
+    std::istringstream lines(text_of(file));
+    for (std::string line; std::getline(lines, line);) {
+        std::vector<double> row;
+        std::istringstream fields(line);
+        for (std::string field; std::getline(fields, field, ',');) row.push_back(parse_number(field).value_or(0));
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+Eigen::Vector2d place_at(const std::vector<std::vector<double>>& truth, double time) {
+    auto next = std::lower_bound(truth.begin() + 1, truth.end(), time, [](const auto& row, double t) { return row[0] < t; });
+    if (next == truth.end()) --next;
+    const auto& a = *(next - 1);
+    const auto& b = *next;
+    const double part = std::clamp((time - a[0]) / std::max(b[0] - a[0], 1e-9), 0.0, 1.0);
+    return {a[2] + part * (b[2] - a[2]), a[3] + part * (b[3] - a[3])};
+}
+
+/// Radio ranges outdoors are late by metres, all of them. That they share a delay is all the robust method is told.
+TEST(RangeData, RobustTrilaterationBeatsLeastSquaresOnPlaza1) {
+    const fs::path folder = data_folder("plaza1");
+    if (!fs::exists(folder / "ranges.csv")) GTEST_SKIP() << "no data in " << folder << ": set ROOMFIX_DATA";
+    const auto site = load_site(folder / "site.yaml");
+    ASSERT_TRUE(site) << site.error().message;
+    RangeReader reader(*site, 0);
+    RangeBatch batch;
+    reader.feed(text_of(folder / "ranges.csv"), std::nullopt, batch);
+    reader.finish(std::nullopt, batch);
+    EXPECT_GT(batch.ranges.size(), 3400U);
+    auto truth = numbers_of(folder / "truth.csv");
+    truth.erase(truth.begin());
+
+    std::vector<double> plain_errors, robust_errors;
+    for (std::size_t i = 0; i + 1 < batch.ranges.size();) {
+        // One place per 2.5 s: the newest range of each beacon.
+        std::map<int, BeaconRange> newest;
+        const double begin = to_seconds(batch.ranges[i].time);
+        double time = begin;
+        for (; i < batch.ranges.size() && to_seconds(batch.ranges[i].time) < begin + 2.5; ++i) {
+            const RangeObservation& r = batch.ranges[i];
+            newest[r.beacon] = {site->beacons[static_cast<std::size_t>(r.beacon)].position, r.range, 0.5};
+            time = to_seconds(r.time);
+        }
+        if (newest.size() < 3) continue;
+        std::vector<BeaconRange> ranges;
+        for (const auto& [beacon, range] : newest) ranges.push_back(range);
+        const Eigen::Vector2d where = place_at(truth, 0.5 * (begin + time));
+        const auto plain = trilaterate(ranges, {}, 0, {.robust = false, .largest_sigma = 50});
+        const auto robust = trilaterate(ranges, {}, 0, {.late = {.share = 0.3, .mean = 2}, .largest_sigma = 50, .shared_delay = 3});
+        if (!plain || !robust) continue;
+        plain_errors.push_back((plain->places[0].position - where).norm());
+        robust_errors.push_back((robust->places[0].position - where).norm());
+    }
+    const Summary plain = summarise(plain_errors);
+    const Summary robust = summarise(robust_errors);
+    fmt::print("plaza1, {} places: least squares {:.2f} m rms, {:.2f} m median; robust {:.2f} m rms, {:.2f} m median\n", plain.count, plain.rms, plain.median,
+               robust.rms, robust.median);
+    EXPECT_GT(plain.count, 300U);
+    EXPECT_LT(robust.rms, 0.75 * plain.rms);
+}
+
+}  // namespace
+}  // namespace roomfix
