@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "roomfix/evaluate/kim2011_experiment.hpp"
 #include "roomfix/evaluate/li2014_experiment.hpp"
 #include "terminal.hpp"
 
@@ -10,18 +11,39 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
-    std::vector<std::string> papers = {"li2014"};
+    std::vector<std::string> papers;
     Li2014Options li2014;
+    Kim2011Options kim2011;
+    std::uint64_t seed = 1;
+    int seeds = 3;
+    double tilt_deg = 0;
 };
 
-int reproduce(const Arguments& arguments) {
+/// Prints one paper's table.
+Result<void> reproduce_paper(const std::string& paper, const Arguments& arguments) {
+    const auto progress = progress_bar("reproducing " + paper);
+    if (paper == "li2014") {
+        const auto report = run_li2014(arguments.li2014, progress);
+        if (!report) return report.error();
+        fmt::print("{}", li2014_table(*report));
+        return {};
+    }
+    const auto report = run_kim2011(arguments.kim2011, progress);
+    if (!report) return report.error();
+    fmt::print("{}", kim2011_table(*report));
+    return {};
+}
+
+int reproduce(Arguments arguments) {
+    if (arguments.papers.empty()) arguments.papers = {"li2014", "kim2011"};
+    arguments.li2014.seed = arguments.kim2011.seed = arguments.seed;
+    arguments.li2014.seeds = arguments.kim2011.seeds = arguments.seeds;
+    arguments.kim2011.tilt = radians(arguments.tilt_deg);
     for (const std::string& paper : arguments.papers) {
-        const auto report = run_li2014(arguments.li2014, progress_bar("reproducing " + paper));
-        if (!report) {
-            complain(report.error().message);
+        if (const auto done_one = reproduce_paper(paper, arguments); !done_one) {
+            complain(done_one.error().message);
             return failed;
         }
-        fmt::print("{}", li2014_table(*report));
     }
     return done;
 }
@@ -31,16 +53,19 @@ int reproduce(const Arguments& arguments) {
 void add_reproduce(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("reproduce", "a paper's experiment: printed, its method as published, ours, the bound");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("PAPER", arguments->papers, "li2014")->check(CLI::IsMember({"li2014"}));
-    command->add_option("--seed", arguments->li2014.seed, "first seed")->capture_default_str();
-    command->add_option("--seeds", arguments->li2014.seeds, "how many seeds, each with its own noise, clicks and headings")
+    command->add_option("PAPER", arguments->papers, "li2014, kim2011 (default: all)")->check(CLI::IsMember({"li2014", "kim2011"}));
+    command->add_option("--seed", arguments->seed, "first seed")->capture_default_str();
+    command->add_option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
-    command->add_option("--fixes", arguments->li2014.fixes_per_point, "fixes per test point and seed")->capture_default_str()->check(CLI::Range(1, 10000));
-    command->add_option("--hidden", arguments->li2014.hidden, "part of the robot hidden behind something, 0..0.8")->check(CLI::Range(0.0, 0.8));
-    command->add_option("--light", arguments->li2014.light, "light against the background's, such as 0.85")->check(CLI::Range(0.2, 3.0));
-    command->add_flag("--scatter", arguments->li2014.scatter, "places around the test points instead of on them");
-    command->footer("Example: roomfix reproduce li2014 --seeds 3");
+    command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")->capture_default_str()->check(CLI::Range(1, 10000));
+    command->add_option("--hidden", arguments->li2014.hidden, "li2014: part of the robot hidden behind something, 0..0.8")->check(CLI::Range(0.0, 0.8));
+    command->add_option("--light", arguments->li2014.light, "li2014: light against the background's, such as 0.85")->check(CLI::Range(0.2, 3.0));
+    command->add_flag("--scatter", arguments->li2014.scatter, "li2014: places around the test points instead of on them");
+    command->add_option("--samples", arguments->kim2011.samples, "kim2011: samples per position and seed")->capture_default_str()->check(CLI::Range(1, 100000));
+    command->add_option("--tilt-deg", arguments->tilt_deg, "kim2011: true tilt of the camera, calibrated by a turn on the spot")->check(CLI::Range(0.0, 5.0));
+    command->add_option("--late", arguments->kim2011.late, "kim2011: part of the ranges that come around a corner, 0..1")->check(CLI::Range(0.0, 1.0));
+    command->footer("Example: roomfix reproduce kim2011 --tilt-deg 0.5");
     command->callback([=, &exit_code] { exit_code = reproduce(*arguments); });
 }
 

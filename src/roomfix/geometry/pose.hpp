@@ -30,6 +30,14 @@ struct Pose2 {
     double yaw = 0;
 };
 
+/// The robot's frame in the map: origin on the floor, x forward.
+inline Eigen::Isometry3d map_from_robot(const Pose2& pose) {
+    Eigen::Isometry3d placed = Eigen::Isometry3d::Identity();
+    placed.linear() = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    placed.translation() = Eigen::Vector3d(pose.x, pose.y, 0);
+    return placed;
+}
+
 /// map_from_camera (or another rigid transform) with its covariance.
 /// Order (x, y, z, rotation about X, Y, Z), fixed axes of the target frame, m and rad, as in ROS:
 /// true position = position + d[0..2], true rotation = Exp(d[3..5]) * rotation.

@@ -8,10 +8,12 @@
 
 namespace roomfix {
 
-std::vector<std::string> scenario_names() { return {"li2014", "demo"}; }
+std::vector<std::string> scenario_names() { return {"li2014", "kim2011", "kim2011-spin", "demo"}; }
 
 Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
     if (name == "li2014") return li2014_scenario(seed);
+    if (name == "kim2011") return kim2011_scenario(seed);
+    if (name == "kim2011-spin") return kim2011_spin_scenario(seed, radians(0.5));
     if (name == "demo") return demo_scenario(seed);
     return Error{fmt::format("there is no scenario '{}': choose one of {}", name, fmt::join(scenario_names(), ", "))};
 }
@@ -19,7 +21,7 @@ Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
 Pose2 robot_pose(const ScenarioRobot& robot, double time) {
     const auto& path = robot.path;
     if (path.empty()) return {};
-    if (path.size() == 1) return {path[0].x(), path[0].y(), 0};
+    if (path.size() == 1) return {path[0].x(), path[0].y(), wrap_angle(robot.spin * time)};
     double length = 0;
     for (std::size_t i = 0; i < path.size(); ++i) length += (path[(i + 1) % path.size()] - path[i]).norm();
     const auto place = [&](double along) {

@@ -9,6 +9,8 @@
 #include "roomfix/base/result.hpp"
 #include "roomfix/overhead/li2014.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
+#include "roomfix/simulate/ceiling_scene.hpp"
+#include "roomfix/simulate/range_model.hpp"
 #include "roomfix/simulate/scene.hpp"
 #include "roomfix/site/site.hpp"
 
@@ -32,6 +34,16 @@ struct ScenarioRobot {
     std::vector<Eigen::Vector2d> path;  // m, closed; driven at constant speed, turning on the way
     double speed = 0.4;                 // m/s
     double start = 0;                   // m along the path at time 0
+    double spin = 0;                    // rad/s, of a robot whose path is one point
+};
+
+/// A camera that rides on a robot and looks up.
+struct ScenarioUpCamera {
+    std::string id;
+    std::size_t robot = 0;  // index in the scenario's robots
+    CameraOnRobot truth;    // true mount; its covariance is not used
+    SensorModel sensor;
+    GlareModel glare;
 };
 
 struct Scenario {
@@ -40,6 +52,10 @@ struct Scenario {
     Scene scene;
     std::vector<ScenarioCamera> cameras;
     std::vector<ScenarioRobot> robots;
+    CeilingScene ceiling;  // what the cameras that look up see
+    std::vector<ScenarioUpCamera> up_cameras;
+    RangeModel ranges;  // of every robot with a receiver to every beacon
+    double range_rate = 5;  // of each beacon, 1/s
     double frame_rate = 10;
     double duration = 60;
 };
@@ -52,6 +68,22 @@ Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed);
 Scenario li2014_scenario(std::uint64_t seed);
 /// The same building with two robots of different size that drive through all three aisles.
 Scenario demo_scenario(std::uint64_t seed);
+
+/// Kim 2011: a room under a ceiling of 3 m with a landmark at (1, 1.25) and beacons, a robot whose camera (352 x 288, half-angle 30 deg)
+/// looks straight up; it drives through the six reference positions. `tilt` (rad) turns the true mount away from the one in the site.
+Scenario kim2011_scenario(std::uint64_t seed, double tilt = 0);
+/// The same room; the robot turns on the spot under the landmark's side.
+Scenario kim2011_spin_scenario(std::uint64_t seed, double tilt = 0);
+/// The paper's reference positions and the errors printed for them, Table 1, m.
+struct Kim2011Position {
+    Eigen::Vector2d place;
+    double trilateration, proposed;
+};
+const std::vector<Kim2011Position>& kim2011_positions();
+
+/// A lamp somewhere over the robot: a lit tube of 0.6 to 1.5 m, anywhere or right along the edge of the landmark's panel.
+CeilingPatch random_tube(const Eigen::Vector2d& around, double spread, Random& random);
+CeilingPatch tube_at_panel(const SiteLandmark& landmark, const LandmarkLook& look, Random& random);
 
 /// Where a robot of the scenario is at a time (s).
 Pose2 robot_pose(const ScenarioRobot& robot, double time);

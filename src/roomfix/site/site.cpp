@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace roomfix {
 
 std::string resolved_path(const Site& site, const std::string& path) {
@@ -37,6 +40,24 @@ std::vector<Eigen::Vector3d> map_points(const SiteLandmark& landmark) {
     auto points = own_points(landmark.kind);
     for (auto& p : points) p = landmark.map_from_landmark * p;
     return points;
+}
+
+std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& landmarks) {
+    constexpr double same = 5e-4;  // m
+    std::vector<LandmarkShape> shapes;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+        const double height = landmarks[i].map_from_landmark.translation().z();
+        const auto* triangle = std::get_if<LedTriangle>(&landmarks[i].kind);
+        const auto alike = [&](const LandmarkShape& shape) {
+            const auto* other = std::get_if<LedTriangle>(&shape.kind);
+            if (!triangle || !other) return false;
+            return std::abs(other->a - triangle->a) < same && std::abs(other->b - triangle->b) < same && std::abs(shape.height - height) < same;
+        };
+        auto found = std::find_if(shapes.begin(), shapes.end(), alike);
+        if (found == shapes.end()) found = shapes.insert(shapes.end(), {landmarks[i].kind, height, {}});
+        found->landmarks.push_back(static_cast<int>(i));
+    }
+    return shapes;
 }
 
 Eigen::Vector3d half_size(const Shape& shape) {

@@ -152,6 +152,14 @@ std::vector<Eigen::Vector3d> own_points(const std::variant<LedTriangle, Tag>& ki
 /// The same points in the map, m.
 std::vector<Eigen::Vector3d> map_points(const SiteLandmark& landmark);
 
+/// Landmarks that look alike from below: the same legs at the same height, or the same tag.
+struct LandmarkShape {
+    std::variant<LedTriangle, Tag> kind;
+    double height = 0;           // m, of the landmark's origin
+    std::vector<int> landmarks;  // indices in the site
+};
+std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& landmarks);
+
 /// Length of the robot along each axis: half sizes of the box around it (m).
 Eigen::Vector3d half_size(const Shape& shape);
 

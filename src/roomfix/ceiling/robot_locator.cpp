@@ -1,0 +1,155 @@
+#include "roomfix/ceiling/robot_locator.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+
+RobotLocator::RobotLocator(const Site& site, int robot, std::optional<CameraOnRobot> camera, const LocatorSettings& settings)
+    : landmarks_(site.landmarks),
+      shapes_(landmark_shapes(site.landmarks)),
+      beacons_(site.beacons),
+      receiver_(site.robots[static_cast<std::size_t>(robot)].receiver.value_or(Receiver{}).position),
+      robot_(robot),
+      camera_(std::move(camera)),
+      settings_(settings) {
+    for (const SiteLandmark& landmark : landmarks_) points_.push_back(map_points(landmark));
+}
+
+void RobotLocator::locate(std::span<const LandmarkObservation> landmarks, std::span<const RangeObservation> ranges, const LocatorHints& hints,
+                          LocatedRobot& result) {
+    result.places.clear();
+    result.reason.clear();
+    heard_.clear();
+    for (const RangeObservation& range : ranges) {
+        if (range.robot == robot_) heard_.push_back({beacons_[static_cast<std::size_t>(range.beacon)].position, range.range, range.sigma});
+    }
+    propose(landmarks, hints);
+    std::stable_sort(hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+    if (hypotheses_.size() > settings_.most_refined) hypotheses_.resize(settings_.most_refined);
+    std::erase_if(hypotheses_, [&](Hypothesis& h) { return !refine(landmarks, hints, h); });
+    std::stable_sort(hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+
+    double sum = 0;
+    for (Hypothesis& h : hypotheses_) {
+        const double weight = std::exp(h.score - hypotheses_[0].score);
+        const auto same = [&](const RobotPlace& other) {
+            const double turn = h.place.yaw_known ? std::remainder(other.pose.yaw - h.pose.yaw, 2 * std::numbers::pi) : 0;
+            return std::hypot(other.pose.x - h.pose.x, other.pose.y - h.pose.y) < 0.02 && std::abs(turn) < 0.05;
+        };
+        if (weight < settings_.least_weight || std::any_of(result.places.begin(), result.places.end(), same)) continue;
+        h.place.weight = weight;
+        sum += weight;
+        result.places.push_back(h.place);
+    }
+    for (RobotPlace& place : result.places) place.weight /= sum;
+    if (!result.places.empty()) return;
+    result.reason = landmarks.empty() && heard_.empty() ? "no landmark and no range" : "what was seen and heard does not fix a place: one landmark, or ranges to three beacons, would";
+}
+
+/// A pose for each landmark that an observation may be, and the places that were given.
+void RobotLocator::propose(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints) {
+    hypotheses_.clear();
+    const auto add = [&](const Pose2& pose) {
+        Hypothesis h{pose, hint_likelihood(pose, hints), {}};
+        explain(pose, landmarks, hints, h.place);
+        h.score -= settings_.unexplained * static_cast<double>(landmarks.size() - h.place.landmarks.size());
+        FloorEvidence ranges{.ranges = heard_, .receiver = receiver_, .late = settings_.late};
+        h.score += range_score(ranges, pose);
+        hypotheses_.push_back(h);
+    };
+    for (const LandmarkObservation& seen : landmarks) {
+        for (const int shape : seen.shapes) {
+            for (const int landmark : shapes_[static_cast<std::size_t>(shape)].landmarks) {
+                if (hints.landmark >= 0 && landmark != hints.landmark && landmarks.size() == 1) continue;
+                if (camera_) add(pose_of(seen, landmark));
+            }
+        }
+    }
+    if (!landmarks.empty()) return;
+    for (const Eigen::Vector2d& place : hints.places) add({place.x(), place.y(), hints.prediction ? hints.prediction->pose.yaw : 0});
+}
+
+/// The pose that one observation alone gives.
+Pose2 RobotLocator::pose_of(const LandmarkObservation& seen, int landmark) const {
+    const auto& points = points_[static_cast<std::size_t>(landmark)];
+    FixedList<Eigen::Vector2d, 4> in_robot, in_map;
+    for (std::size_t i = 0; i < seen.points.size(); ++i) {
+        const auto place = point_at_height(*camera_, seen.points[i].pixel, points[i].z());
+        if (!place) continue;
+        in_robot.push_back(*place);
+        in_map.push_back(points[i].head<2>());
+    }
+    return align({in_robot.begin(), in_robot.end()}, {in_map.begin(), in_map.end()});
+}
+
+/// Which landmark each observation is if the robot is at `pose`.
+void RobotLocator::explain(const Pose2& pose, std::span<const LandmarkObservation> landmarks, const LocatorHints& hints, RobotPlace& place) const {
+    place.landmarks.clear();
+    for (std::size_t o = 0; o < landmarks.size() && camera_; ++o) {
+        int best = -1;
+        double nearest = settings_.gate;
+        for (const int shape : landmarks[o].shapes) {
+            for (const int landmark : shapes_[static_cast<std::size_t>(shape)].landmarks) {
+                double worst = 0;
+                for (std::size_t i = 0; i < landmarks[o].points.size() && worst < nearest; ++i) {
+                    const auto pixel = predict_point(*camera_, pose, points_[static_cast<std::size_t>(landmark)][i]);
+                    worst = pixel ? std::max(worst, (landmarks[o].points[i].pixel - *pixel).norm()) : 1e9;
+                }
+                if (worst < nearest) {
+                    nearest = worst;
+                    best = landmark;
+                }
+            }
+        }
+        if (best >= 0 && place.landmarks.size() < place.landmarks.capacity()) place.landmarks.push_back({static_cast<int>(o), best});
+    }
+    // Where it is said which landmark is seen, a pose that sees only others is none.
+    const auto is_named = [&](const auto& match) { return match.second == hints.landmark; };
+    if (hints.landmark >= 0 && std::none_of(place.landmarks.begin(), place.landmarks.end(), is_named)) place.landmarks.clear();
+}
+
+double RobotLocator::hint_likelihood(const Pose2& pose, const LocatorHints& hints) const {
+    if (!hints.prediction) return 0;
+    const Pose2& expected = hints.prediction->pose;
+    const Eigen::Vector3d off(pose.x - expected.x, pose.y - expected.y, wrap_angle(pose.yaw - expected.yaw));
+    return -0.5 * off.dot(hints.prediction->covariance.inverse() * off);
+}
+
+void RobotLocator::collect(std::span<const LandmarkObservation> landmarks, const RobotPlace& place, std::vector<SeenPoint>& points) const {
+    points.clear();
+    for (const auto& [observation, landmark] : place.landmarks) {
+        const auto& known = points_[static_cast<std::size_t>(landmark)];
+        const LandmarkObservation& seen = landmarks[static_cast<std::size_t>(observation)];
+        for (std::size_t i = 0; i < seen.points.size(); ++i) {
+            points.push_back({known[i], seen.points[i].pixel, seen.points[i].covariance, landmark, landmarks_[static_cast<std::size_t>(landmark)].sigma});
+        }
+    }
+}
+
+std::vector<SeenPoint> RobotLocator::seen_points(std::span<const LandmarkObservation> landmarks, const RobotPlace& place) const {
+    std::vector<SeenPoint> points;
+    collect(landmarks, place, points);
+    return points;
+}
+
+/// The joint fit of everything that the hypothesis explains.
+bool RobotLocator::refine(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints, Hypothesis& h) {
+    collect(landmarks, h.place, seen_);
+    if (seen_.empty() && !landmarks.empty()) return false;
+    const FloorEvidence evidence{camera_ ? &*camera_ : nullptr, seen_, heard_, receiver_, settings_.late};
+    const auto fit = fit_on_floor(evidence, h.pose);
+    if (!fit || fit->covariance.topLeftCorner<2, 2>().trace() > settings_.largest_sigma * settings_.largest_sigma) return false;
+    h.pose = fit->pose;
+    h.place.pose = fit->pose;
+    h.place.covariance = fit->covariance;
+    h.place.yaw_known = fit->yaw_known;
+    h.place.pixel_rms = fit->pixel_rms;
+    // The pixels' own misfit says little about which landmark it is (they look alike) and much about the lens: it is left out.
+    h.score = range_score(evidence, fit->pose) + hint_likelihood(fit->pose, hints) -
+              settings_.unexplained * static_cast<double>(landmarks.size() - h.place.landmarks.size());
+    return true;
+}
+
+}  // namespace roomfix

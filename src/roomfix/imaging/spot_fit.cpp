@@ -1,0 +1,261 @@
+#include "roomfix/imaging/spot_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+// u, v, log of the amplitude, 1 / (2 width^2), ground, slope in x, slope in y: the logarithm of the light is linear in the third and
+// fourth, so that wings without their saturated middle converge, too.
+constexpr int unknowns = 7;
+constexpr int largest_radius = 7;
+using Vector = Eigen::Matrix<double, unknowns, 1>;
+using Matrix = Eigen::Matrix<double, unknowns, unknowns>;
+
+double steepness_of(double width) { return 0.5 / (width * width); }
+
+struct Window {
+    const std::uint8_t* pixels;  // top left
+    std::ptrdiff_t stride;
+    int size;
+    double left, top;  // px, of the first pixel's centre
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // px: only pixels around here count ...
+    double reach_squared = 1e9;                        // ... within this distance
+};
+
+/// The camera's response curve both ways, as tables: light 1 is grey level 255.
+class Response {
+public:
+    explicit Response(double gamma) : gamma_(gamma) {
+        for (std::size_t i = 0; i < light_.size(); ++i) light_[i] = std::pow(static_cast<double>(i) / 255, gamma);
+        for (std::size_t i = 0; i < grey_.size(); ++i) grey_[i] = 255 * std::pow(static_cast<double>(i) / steps, 2 / gamma);
+    }
+    double gamma() const { return gamma_; }
+    double light(double grey) const { return light_[static_cast<std::size_t>(std::clamp(grey, 0.0, 255.0) + 0.5)]; }
+    /// Grey level of light 0..1 and its derivative.
+    double grey(double light, double& slope) const {
+        const double root = std::sqrt(std::clamp(light, 1e-6, 1.0));
+        const double at = root * steps;
+        const auto i = std::min(static_cast<std::size_t>(at), static_cast<std::size_t>(steps - 1));
+        const double step = grey_[i + 1] - grey_[i];
+        slope = step * steps / (2 * root);
+        return grey_[i] + (at - static_cast<double>(i)) * step;
+    }
+
+private:
+    static constexpr int steps = 1024;
+    double gamma_;
+    std::array<double, 256> light_;
+    std::array<double, steps + 1> grey_;  // over the square root of the light: evenly fine where it is dark
+};
+
+/// What the unknowns make of the window.
+struct Linearised {
+    Matrix normal = Matrix::Zero();
+    Vector gradient = Vector::Zero();
+    double cost = 0;  // robust
+    // Squared residuals in standard deviations, each as important as its pixel is for the centre (a camera's noise differs between
+    // dark and bright pixels from what was assumed, and the flanks decide), and what they should add up to. Only with a covariance.
+    double chi_squared = 0;
+    double importance = 0;
+};
+
+/// Beyond 3 standard deviations a residual counts linearly (Huber).
+constexpr double huber = 3;
+
+Linearised linearise(const Window& window, const Vector& p, const Response& response, const SpotFitSettings& s, const Matrix* covariance = nullptr) {
+    Linearised l;
+    const double steepness = p[3];
+    const double amplitude = std::exp(p[2]);
+    std::array<double, 2 * largest_radius + 1> dx, ex;
+    for (int i = 0; i < window.size; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        dx[k] = window.left + i - p[0];
+        ex[k] = std::exp(-steepness * dx[k] * dx[k]);
+    }
+    const double middle = 0.5 * (window.size - 1);
+    const double read = s.read_noise * s.read_noise + 1.0 / 12;
+    for (int j = 0; j < window.size; ++j) {
+        const double dy = window.top + j - p[1];
+        const double ey = amplitude * std::exp(-steepness * dy * dy);
+        const std::uint8_t* row = window.pixels + j * window.stride;
+        const double above = window.top + j - window.middle.y();
+        for (int i = 0; i < window.size; ++i) {
+            const double beside = window.left + i - window.middle.x();
+            if (above * above + beside * beside > window.reach_squared) continue;
+            const auto k = static_cast<std::size_t>(i);
+            const double light = ex[k] * ey;
+            const double model_light = p[4] + p[5] * (i - middle) + p[6] * (j - middle) + light;
+            const bool saturated = row[i] >= s.saturated;
+            double by_light;
+            const double model = response.grey(model_light, by_light);
+            if (saturated && model >= s.saturated) continue;
+            const double residual = (saturated ? s.saturated : row[i]) - model;
+            const double variance = read + s.shot_noise * model;
+            const double z = std::abs(residual) / std::sqrt(variance);
+            const double weight = (z > huber ? huber / z : 1) / variance;
+            const double slope = 2 * by_light * light * steepness;
+            const std::array<double, unknowns> d = {slope * dx[k], slope * dy, by_light * light, -by_light * light * (dx[k] * dx[k] + dy * dy), by_light,
+                                                    by_light * (i - middle), by_light * (j - middle)};
+            for (int a = 0; a < unknowns; ++a) {
+                const double scaled = weight * d[static_cast<std::size_t>(a)];
+                l.gradient[a] += scaled * residual;
+                for (int b = 0; b <= a; ++b) l.normal(a, b) += scaled * d[static_cast<std::size_t>(b)];
+            }
+            l.cost += z > huber ? huber * (2 * z - huber) : z * z;
+            if (!covariance) continue;
+            const Eigen::Map<const Vector> derivative(d.data());
+            const double leverage = weight * derivative.dot(*covariance * derivative);
+            const double importance = weight * (d[0] * d[0] + d[1] * d[1]);
+            l.chi_squared += importance * weight * residual * residual;
+            l.importance += importance * (1 - leverage);
+        }
+    }
+    l.normal.triangularView<Eigen::StrictlyUpper>() = l.normal.transpose();
+    return l;
+}
+
+/// Mean of the window's rim without its brightest quarter: neighbouring lamps are not ground.
+double rim_level(const Window& window) {
+    std::array<std::uint8_t, 8 * largest_radius> rim{};
+    std::size_t count = 0;
+    for (int i = 0; i < window.size - 1; ++i) {
+        rim[count++] = window.pixels[i];
+        rim[count++] = window.pixels[(window.size - 1) * window.stride + i + 1];
+        rim[count++] = window.pixels[(i + 1) * window.stride];
+        rim[count++] = window.pixels[i * window.stride + window.size - 1];
+    }
+    const auto end = rim.begin() + static_cast<std::ptrdiff_t>(count);
+    const auto middle = rim.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(rim.begin(), middle, end);
+    return *middle;
+}
+
+/// The tables of a gamma are made once.
+const Response& response_of(double gamma) {
+    thread_local Response response(gamma);
+    if (response.gamma() != gamma) response = Response(gamma);
+    return response;
+}
+
+/// Levenberg-Marquardt on the window; `p` is moved to the optimum.
+std::optional<Linearised> converge(const Window& window, Vector& p, const Response& response, const SpotFitSettings& settings) {
+    Linearised at = linearise(window, p, response, settings);
+    double damping = 1e-3;
+    for (int round = 0; round < settings.rounds; ++round) {
+        Matrix normal = at.normal;
+        normal.diagonal() *= 1 + damping;
+        normal.diagonal() += 1e-12 * at.normal.diagonal().maxCoeff() * Vector::Ones();
+        const Vector step = normal.ldlt().solve(at.gradient);
+        if (!step.allFinite()) return std::nullopt;
+        Vector next = p + step;
+        next[3] = std::clamp(next[3], 0.4 * p[3], 2.5 * p[3]);
+        next[3] = std::clamp(next[3], steepness_of(settings.radius), steepness_of(0.3));
+        next[2] = std::clamp(next[2], p[2] - 2, p[2] + 2);
+        // The ground shines nowhere in the window with less than nothing, where the response curve is steepest.
+        next[4] = std::max(next[4], 0.3 * p[4]);
+        const double steepest = 0.6 * next[4] / settings.radius;
+        for (int i = 5; i < unknowns; ++i) next[i] = std::clamp(next[i], -steepest, steepest);
+        const Linearised moved = linearise(window, next, response, settings);
+        // Saturated pixels leave the sum when the model exceeds them, so costs are comparable.
+        if (moved.cost <= at.cost * (1 + 1e-9) + 1e-9) {
+            const double gain = at.cost - moved.cost;
+            p = next;
+            at = moved;
+            damping *= 0.2;
+            if (gain < 1e-3 && step.head<2>().norm() < 1e-3) break;
+        } else {
+            damping *= 10;
+        }
+    }
+    return at;
+}
+
+std::optional<Window> window_at(LumaView frame, const Eigen::Vector2d& centre, int radius) {
+    const int x = static_cast<int>(std::lround(centre.x())) - radius;
+    const int y = static_cast<int>(std::lround(centre.y())) - radius;
+    const int size = 2 * radius + 1;
+    if (x < 0 || y < 0 || x + size > frame.width || y + size > frame.height) return std::nullopt;
+    return Window{frame.row(y) + x, frame.stride, size, static_cast<double>(x), static_cast<double>(y)};
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector2d> spot_centroid(LumaView frame, const Eigen::Vector2d& near, int radius) {
+    Eigen::Vector2d centre = near;
+    for (int round = 0; round < 2; ++round) {
+        const auto window = window_at(frame, centre, radius);
+        if (!window) return std::nullopt;
+        const double ground = rim_level(*window);
+        double sum = 0;
+        Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+        for (int j = 0; j < window->size; ++j) {
+            for (int i = 0; i < window->size; ++i) {
+                const double light = std::max(window->pixels[j * window->stride + i] - ground - 20, 0.0);
+                sum += light;
+                moment += light * Eigen::Vector2d(window->left + i, window->top + j);
+            }
+        }
+        if (!(sum > 0)) return std::nullopt;
+        centre = moment / sum;
+    }
+    return centre;
+}
+
+std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, const SpotFitSettings& settings) {
+    auto window = window_at(frame, start, settings.radius);
+    if (!window || settings.radius > largest_radius) return std::nullopt;
+    Vector p;
+    const double ground = rim_level(*window);
+    double brightest = 0;
+    for (int j = 0; j < window->size; ++j) {
+        for (int i = 0; i < window->size; ++i) brightest = std::max<double>(brightest, window->pixels[j * window->stride + i]);
+    }
+    if (brightest < ground + 10) return std::nullopt;
+    const Response& response = response_of(settings.gamma);
+    const double ground_light = std::max(response.light(ground), 1e-4);
+    const double half_light = 0.5 * (response.light(brightest) + ground_light);
+    int above_half = 0;
+    for (int j = 0; j < window->size; ++j) {
+        for (int i = 0; i < window->size; ++i) above_half += response.light(window->pixels[j * window->stride + i]) > half_light;
+    }
+    // The area above half of a Gaussian is 2 pi ln 2 width^2; a saturated one is higher than it looks, and narrower.
+    const bool cut_off = brightest >= settings.saturated;
+    const double width = std::clamp(std::sqrt(above_half / 4.36) * (cut_off ? 0.8 : 1), 0.5, 3.0);
+    p << start.x(), start.y(), std::log(std::max(response.light(brightest) - ground_light, 1e-3) * (cut_off ? 1.6 : 1.1)), steepness_of(width), ground_light, 0, 0;
+
+    // Beyond, the spot's own light is gone and only what lies beside it is left, the panel's edge for one. A window that is not
+    // centred on the spot pulls it: the second fit is.
+    const double reach = std::max(settings.reach * width, 2.2);
+    window->middle = start;
+    window->reach_squared = reach * reach;
+    auto at = converge(*window, p, response, settings);
+    if (!at) return std::nullopt;
+    window->middle = p.head<2>();
+    at = converge(*window, p, response, settings);
+    if (!at) return std::nullopt;
+
+    SpotFit fit;
+    fit.centre = p.head<2>();
+    const double half = settings.radius;
+    const Eigen::Vector2d off = fit.centre - Eigen::Vector2d(window->left + half, window->top + half);
+    if (!(off.cwiseAbs().maxCoeff() < 0.5 * half) || !std::isfinite(p[2])) return std::nullopt;
+    const Eigen::LLT<Matrix> factor(at->normal);
+    if (factor.info() != Eigen::Success) return std::nullopt;
+    const Matrix covariance = factor.solve(Matrix::Identity());
+    fit.covariance = covariance.topLeftCorner<2, 2>();
+    const Linearised final = linearise(*window, p, response, settings, &covariance);
+    fit.amplitude = std::exp(p[2]);
+    fit.width = std::sqrt(0.5 / p[3]);
+    fit.ground = ground;
+    double slope;
+    fit.peak = response.grey(std::min(p[4] + fit.amplitude, 1.0), slope);
+    if (!(final.importance > 0)) return std::nullopt;
+    fit.noise = final.chi_squared / final.importance;
+    return fit;
+}
+
+}  // namespace roomfix
