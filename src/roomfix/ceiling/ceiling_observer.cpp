@@ -88,42 +88,90 @@ const std::optional<SpotFit>& CeilingObserver::fitted(LumaView frame, int index)
     return spot.fit;
 }
 
-/// Three clean spots of like brightness on a dark ground, at the landmark's distances.
-bool CeilingObserver::verify(LumaView frame, const Candidate& candidate, LandmarkObservation& observation) {
-    const Shape& shape = shapes_[candidate.shape];
-    std::array<SpotFit, 3> fits;
-    std::array<Eigen::Vector2d, 3> places;
-    double noise = 0;
+/// Each spot by itself; then those that a lamp's glare spoils again, with what the clean ones tell.
+std::optional<CeilingObserver::Leds> CeilingObserver::fit_leds(LumaView frame, const TriangleMatch& match) {
+    Leds leds;
+    std::array<bool, 3> clean;
+    SpotPrior prior{.width = width_};
+    double least_noise = 1e300;
+    double brightest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-        const auto& fit = fitted(frame, candidate.match.spots[i]);
-        if (!fit || fit->width < settings_.narrowest || fit->width > settings_.widest) return false;
-        if (fit->noise > settings_.largest_noise) return false;
-        const auto place = point_at_height(camera_, fit->centre, shape.height);
-        if (!place) return false;
-        fits[i] = *fit;
-        places[i] = *place;
-        noise += fit->noise / 3;
+        const auto& fit = fitted(frame, match.spots[i]);
+        const bool known_width = width_ == 0 || (fit && std::abs(fit->width - width_) < 0.2 * width_);
+        clean[i] = fit && fit->noise < settings_.suspicious_noise * noise_ && known_width;
+        if (!fit) continue;
+        leds.fits[i] = *fit;
+        if (clean[i]) brightest = std::max(brightest, fit->amplitude);
+        if (fit->noise < least_noise) {
+            least_noise = fit->noise;
+            prior.amplitude = fit->amplitude;
+            if (width_ == 0) prior.width = fit->width;
+        }
+    }
+    if (!(prior.width > settings_.narrowest)) return std::nullopt;
+    SpotFitSettings narrow = settings_.fit;
+    narrow.reach = settings_.glare_reach;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (clean[i]) continue;
+        const auto again = fit_spot(frame, spots_[static_cast<std::size_t>(match.spots[i])].centroid, narrow, &prior);
+        if (!again) return std::nullopt;
+        leds.fits[i] = *again;
+        leds.extra_sigma[i] = settings_.glare_sigma;
+    }
+    return leds;
+}
+
+/// Clean spots of like brightness on a dark ground.
+bool CeilingObserver::look_like_leds(LumaView frame, const Leds& leds) const {
+    for (const SpotFit& fit : leds.fits) {
+        if (fit.width < settings_.narrowest || fit.width > settings_.widest || fit.noise > settings_.largest_noise) return false;
     }
     const auto light = [](const SpotFit& f) { return f.amplitude * f.width * f.width; };
-    const auto [least, most] = std::minmax({light(fits[0]), light(fits[1]), light(fits[2])});
-    if (most > settings_.largest_ratio * least) return false;
-    if (!dark_between(frame, fits)) return false;
+    const auto [least, most] = std::minmax({light(leds.fits[0]), light(leds.fits[1]), light(leds.fits[2])});
+    return most <= settings_.largest_ratio * least && dark_between(frame, leds.fits);
+}
 
-    // As if the landmark lay in the map's origin: the misfit does not depend on where it is.
+/// As if the landmark lay in the map's origin: the misfit does not depend on where it is.
+bool CeilingObserver::at_distances(const Shape& shape, const Leds& leds) const {
+    std::array<Eigen::Vector2d, 3> places;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto place = point_at_height(camera_, leds.fits[i].centre, shape.height);
+        if (!place) return false;
+        places[i] = *place;
+    }
     const Pose2 pose = align(places, shape.own);
     double squares = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const auto pixel = predict_point(camera_, pose, Eigen::Vector3d(shape.own[i].x(), shape.own[i].y(), shape.height));
         if (!pixel) return false;
-        squares += (fits[i].centre - *pixel).squaredNorm();
+        squares += (leds.fits[i].centre - *pixel).squaredNorm();
     }
-    if (std::sqrt(squares / 6) > shape.largest_misfit) return false;
+    return std::sqrt(squares / 6) < shape.largest_misfit;
+}
 
-    // A camera's noise stays what it is: the mean over the last frames knows it better than one frame's few pixels do.
-    noise_ += (noise - noise_) / std::min(++noise_frames_ + 1, settings_.noise_memory);
-    const double scale = std::max({noise_, 0.5 * noise, settings_.least_noise});
-    const double model_variance = settings_.model_sigma * settings_.model_sigma;
-    for (const SpotFit& fit : fits) observation.points.push_back({fit.centre, fit.covariance * scale + model_variance * Eigen::Matrix2d::Identity()});
+bool CeilingObserver::verify(LumaView frame, const Candidate& candidate, LandmarkObservation& observation) {
+    const Shape& shape = shapes_[candidate.shape];
+    const auto leds = fit_leds(frame, candidate.match);
+    if (!leds || !look_like_leds(frame, *leds) || !at_distances(shape, *leds)) return false;
+    double noise = 0;
+    int clean = 0;
+    double width = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (leds->extra_sigma[i] > 0) continue;
+        ++clean;
+        noise += leds->fits[i].noise;
+        width += leds->fits[i].width;
+    }
+    if (clean > 0) {
+        const double part = 1.0 / std::min(++frames_known_ + 1, settings_.noise_memory);
+        noise_ += part * (noise / clean - noise_);
+        width_ = width_ == 0 ? width / clean : width_ + part * (width / clean - width_);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double scale = std::max({noise_, 0.5 * leds->fits[i].noise, settings_.least_noise});
+        const double sigma = std::hypot(settings_.model_sigma, leds->extra_sigma[i]);
+        observation.points.push_back({leds->fits[i].centre, leds->fits[i].covariance * scale + sigma * sigma * Eigen::Matrix2d::Identity()});
+    }
     observation.shapes.push_back(shape.index);
     return true;
 }

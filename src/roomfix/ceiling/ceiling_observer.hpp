@@ -27,6 +27,9 @@ struct CeilingSettings {
     double widest = 2.6;
     double least_noise = 0.1;     // of the spots' fits: variance of their residuals about what is expected of a camera
     double largest_noise = 60;
+    double suspicious_noise = 3;  // a spot that fits worse, or differs from its fellows, is fitted again with what they tell
+    double glare_reach = 2.8;     // widths: window of such a fit
+    double glare_sigma = 0.02;    // px: what a lamp beside a spot may still do to it
     double model_sigma = 0.005;   // px: real spots are not quite Gaussian
     int noise_memory = 50;        // frames that the noise is averaged over
     double largest_ratio = 4;     // between the brightnesses of a landmark's LEDs
@@ -75,7 +78,15 @@ private:
     };
     void find_spots(LumaView frame);
     void find_candidates();
+    /// A landmark's LEDs with their places.
+    struct Leds {
+        std::array<SpotFit, 3> fits;
+        std::array<double, 3> extra_sigma = {0, 0, 0};  // px
+    };
     const std::optional<SpotFit>& fitted(LumaView frame, int spot);
+    std::optional<Leds> fit_leds(LumaView frame, const TriangleMatch& match);
+    bool look_like_leds(LumaView frame, const Leds& leds) const;
+    bool at_distances(const Shape& shape, const Leds& leds) const;
     bool verify(LumaView frame, const Candidate& candidate, LandmarkObservation& observation);
     bool dark_between(LumaView frame, const std::array<SpotFit, 3>& fits) const;
     std::string reason_for_nothing(const CeilingResult& result) const;
@@ -83,8 +94,10 @@ private:
     CameraOnRobot camera_;
     CeilingSettings settings_;
     std::vector<Shape> shapes_;
+    // A camera's noise and blur stay what they are: means over the last frames know them better than one frame's few pixels.
     double noise_ = 1;  // of the spots' fits
-    int noise_frames_ = 0;
+    double width_ = 0;  // px, of clean spots; 0: not known yet
+    int frames_known_ = 0;
     // Working memory, kept between frames.
     BitMask mask_;
     ComponentFinder finder_;

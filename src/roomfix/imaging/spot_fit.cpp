@@ -24,6 +24,7 @@ struct Window {
     double left, top;  // px, of the first pixel's centre
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // px: only pixels around here count ...
     double reach_squared = 1e9;                        // ... within this distance
+    const SpotPrior* prior = nullptr;
 };
 
 /// The camera's response curve both ways, as tables: light 1 is grey level 255.
@@ -113,6 +114,17 @@ Linearised linearise(const Window& window, const Vector& p, const Response& resp
             l.chi_squared += importance * weight * residual * residual;
             l.importance += importance * (1 - leverage);
         }
+    }
+    if (window.prior) {
+        const SpotPrior& prior = *window.prior;
+        const auto expect = [&](int i, double value, double sigma) {
+            const double off = value - p[i];
+            l.normal(i, i) += 1 / (sigma * sigma);
+            l.gradient[i] += off / (sigma * sigma);
+            l.cost += off * off / (sigma * sigma);
+        };
+        expect(2, std::log(prior.amplitude), prior.amplitude_sigma);
+        expect(3, steepness_of(prior.width), 2 * prior.width_sigma * steepness_of(prior.width));
     }
     l.normal.triangularView<Eigen::StrictlyUpper>() = l.normal.transpose();
     return l;
@@ -205,7 +217,7 @@ std::optional<Eigen::Vector2d> spot_centroid(LumaView frame, const Eigen::Vector
     return centre;
 }
 
-std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, const SpotFitSettings& settings) {
+std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, const SpotFitSettings& settings, const SpotPrior* prior) {
     auto window = window_at(frame, start, settings.radius);
     if (!window || settings.radius > largest_radius) return std::nullopt;
     Vector p;
@@ -227,9 +239,14 @@ std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, co
     const double width = std::clamp(std::sqrt(above_half / 4.36) * (cut_off ? 0.8 : 1), 0.5, 3.0);
     p << start.x(), start.y(), std::log(std::max(response.light(brightest) - ground_light, 1e-3) * (cut_off ? 1.6 : 1.1)), steepness_of(width), ground_light, 0, 0;
 
+    if (prior) {
+        window->prior = prior;
+        p[2] = std::log(prior->amplitude);
+        p[3] = steepness_of(prior->width);
+    }
     // Beyond, the spot's own light is gone and only what lies beside it is left, the panel's edge for one. A window that is not
     // centred on the spot pulls it: the second fit is.
-    const double reach = std::max(settings.reach * width, 2.2);
+    const double reach = std::max(settings.reach * (prior ? prior->width : width), 2.2);
     window->middle = start;
     window->reach_squared = reach * reach;
     auto at = converge(*window, p, response, settings);

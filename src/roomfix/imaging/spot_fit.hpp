@@ -28,11 +28,20 @@ struct SpotFit {
     double noise = 1;            // variance of the residuals about what the settings say, where the centre is decided
 };
 
+/// What is known of a spot beforehand, from its fellows: the lens blurs all of them alike.
+struct SpotPrior {
+    double width = 0.8;             // px
+    double width_sigma = 0.05;      // relative
+    double amplitude = 2;           // light
+    double amplitude_sigma = 0.35;  // relative
+};
+
 /// Intensity-weighted centroid of a window around `near` (px): where fits start. Nothing too close to the border or without contrast.
 std::optional<Eigen::Vector2d> spot_centroid(LumaView frame, const Eigen::Vector2d& near, int radius);
 
 /// Weighted least squares of a Gaussian of light on a sloping ground, through the camera's response (centre, amplitude, width, ground and its slope); saturated pixels count
 /// only where the model stays below them, outliers (another lamp's edge) less. Nothing if it does not converge to a spot in the window.
-std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, const SpotFitSettings& settings = {});
+/// With a prior a spot can be fitted that a lamp's glare nearly hides.
+std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, const SpotFitSettings& settings = {}, const SpotPrior* prior = nullptr);
 
 }  // namespace roomfix
