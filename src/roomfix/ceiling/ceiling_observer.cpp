@@ -92,23 +92,22 @@ const std::optional<SpotFit>& CeilingObserver::fitted(LumaView frame, int index)
 std::optional<CeilingObserver::Leds> CeilingObserver::fit_leds(LumaView frame, const TriangleMatch& match) {
     Leds leds;
     std::array<bool, 3> clean;
-    SpotPrior prior{.width = width_};
-    double least_noise = 1e300;
-    double brightest = 0;
+    const SpotFit* model = nullptr;  // the clean one, or the dimmest: glare makes spots look brighter
+    bool model_clean = false;
     for (std::size_t i = 0; i < 3; ++i) {
         const auto& fit = fitted(frame, match.spots[i]);
         const bool known_width = width_ == 0 || (fit && std::abs(fit->width - width_) < 0.2 * width_);
         clean[i] = fit && fit->noise < settings_.suspicious_noise * noise_ && known_width;
         if (!fit) continue;
         leds.fits[i] = *fit;
-        if (clean[i]) brightest = std::max(brightest, fit->amplitude);
-        if (fit->noise < least_noise) {
-            least_noise = fit->noise;
-            prior.amplitude = fit->amplitude;
-            if (width_ == 0) prior.width = fit->width;
+        const bool better = !model || (clean[i] != model_clean ? clean[i] : fit->amplitude < model->amplitude);
+        if (better) {
+            model = &leds.fits[i];
+            model_clean = clean[i];
         }
     }
-    if (!(prior.width > settings_.narrowest)) return std::nullopt;
+    if (!model) return std::nullopt;
+    const SpotPrior prior{.width = width_ > 0 ? width_ : model->width, .amplitude = model->amplitude};
     SpotFitSettings narrow = settings_.fit;
     narrow.reach = settings_.glare_reach;
     for (std::size_t i = 0; i < 3; ++i) {
