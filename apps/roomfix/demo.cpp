@@ -58,8 +58,12 @@ int demo(const Arguments& arguments) {
         return bad_input;
     }
     const auto renderers = prepare(scenario, room, arguments.seed);
+    std::vector<CeilingRenderer> up_renderers;
+    for (const ScenarioUpCamera& camera : scenario.up_cameras) {
+        up_renderers.emplace_back(camera.truth.model, camera.sensor, camera.glare, arguments.seed * 37 + up_renderers.size());
+    }
     say(
-        fmt::format("Two robots drive through a rendered building; three cameras find them.\n"
+        fmt::format("Two robots drive through a rendered building; three cameras on the walls find them, and one of them looks up at landmarks.\n"
                     "Open http://{}:{} in a browser. Ctrl-C ends the demo.",
                     arguments.host, room.page_port()));
 
@@ -67,6 +71,8 @@ int demo(const Arguments& arguments) {
     const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
     std::vector<Solid> solids;
     std::vector<LumaImage> frames(renderers.size());
+    std::vector<LumaImage> up_frames(up_renderers.size());
+    double heard_until = 0;
     for (std::uint64_t i = 0; !stop_requested(); ++i) {
         const auto elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start);
         const double time = elapsed.count();
@@ -81,8 +87,25 @@ int demo(const Arguments& arguments) {
         for (std::size_t c = 0; c < renderers.size(); ++c) {
             threads.emplace_back([&, c] { renderers[c].render(solids, light_at(time, arguments.seed + c), i, frames[c]); });
         }
+        for (std::size_t c = 0; c < up_renderers.size(); ++c) {
+            const ScenarioUpCamera& camera = scenario.up_cameras[c];
+            const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
+            threads.emplace_back([&, c, map_from_camera] {
+                up_renderers[c].render(scenario.ceiling, map_from_camera, light_at(time, arguments.seed + 50 + c), i, up_frames[c]);
+            });
+        }
         for (auto& thread : threads) thread.join();
+        RangeBatch heard;
+        for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+            for (RangeObservation range : heard_ranges(scenario, r, heard_until, time, arguments.seed)) {
+                range.time += epoch;
+                heard.ranges.push_back(range);
+            }
+        }
+        heard_until = time;
+        room.hear(heard);
         for (std::size_t c = 0; c < renderers.size(); ++c) (void)room.feed(c, frames[c], epoch + from_seconds(time));
+        for (std::size_t c = 0; c < up_renderers.size(); ++c) (void)room.feed(renderers.size() + c, up_frames[c], epoch + from_seconds(time));
         const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
         std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
     }

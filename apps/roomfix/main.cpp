@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
     roomfix::add_fix(app, exit_code);
     roomfix::add_simulate(app, exit_code);
     roomfix::add_reproduce(app, exit_code);
+    roomfix::add_calibrate(app, exit_code);
     roomfix::add_check(app, exit_code);
     try {
         app.parse(argc, argv);

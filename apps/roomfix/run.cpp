@@ -25,6 +25,7 @@ struct Arguments {
 Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const Arguments& arguments) {
     for (std::size_t i = 0; i < runner.cameras(); ++i) {
         const SiteCamera& camera = runner.camera(i);
+        if (!runner.is_fixed(i)) continue;
         std::vector<std::string> sources = arguments.background;
         if (sources.empty() && !camera.background.empty()) sources = {resolved_path(site, camera.background)};
         if (sources.empty()) {
@@ -71,6 +72,7 @@ int run(const Arguments& arguments) {
     for (const SourceState& state : room.source_states()) {
         say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, state.message));
     }
+    for (const std::string& problem : room.range_problems()) say("ranges: " + problem);
     say(fmt::format("{} fixes given", room.fixes_given()));
     return done;
 }

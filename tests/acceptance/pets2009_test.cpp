@@ -55,7 +55,7 @@ DetectionCount count_people(bool learned_first, bool smoothed) {
     DetectionCount count;
     for (int number = 1; number <= truth.rbegin()->first && *(*source)->next(frame); ++number) {
         observer.observe(frame.image, result);
-        smoother.add(frame.time, "view1", result.observations);
+        smoother.add(frame.time, "view1", poses_of(result.observations));
         const auto people = truth.find(number);
         if (people == truth.end()) continue;
         std::vector<Eigen::Vector2d> found;

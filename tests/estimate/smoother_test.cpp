@@ -9,12 +9,12 @@
 namespace roomfix {
 namespace {
 
-SilhouetteObservation seen(double x, double y, double yaw, double sigma, int alike) {
-    SilhouetteObservation o;
+PoseObservation seen(double x, double y, double yaw, double sigma, int alike) {
+    PoseObservation o;
     o.pose = {x, y, yaw};
     o.covariance = Eigen::Vector3d(sigma * sigma, sigma * sigma, 1e-4).asDiagonal();
     o.yaw_known = alike > 1;
-    for (int i = 0; i < alike; ++i) o.hypotheses.push_back({{x, y, wrap_angle(yaw + 2 * std::numbers::pi * i / alike)}, 1.0 / alike});
+    o.like_turns = alike;
     return o;
 }
 
@@ -52,7 +52,7 @@ TEST(Smoother, CoastsWithGrowingUncertaintyThenGivesUp) {
 TEST(Smoother, ManyAlikeRobotsGetNumbersAndOneFalseSightingGetsNone) {
     Smoother smoother({{"cart", Cylinder{0.5, 1.7}, 0.005, true}});
     for (int i = 0; i < 10; ++i) {
-        std::vector<SilhouetteObservation> frame = {seen(0.03 * i, 0, 0, 0.05, 1), seen(3, 0.03 * i, 0, 0.05, 1)};
+        std::vector<PoseObservation> frame = {seen(0.03 * i, 0, 0, 0.05, 1), seen(3, 0.03 * i, 0, 0.05, 1)};
         if (i == 4) frame.push_back(seen(8, 8, 0, 0.05, 1));
         smoother.add(from_seconds(0.1 * i), "hall", frame);
     }
@@ -65,7 +65,7 @@ TEST(Smoother, ManyAlikeRobotsGetNumbersAndOneFalseSightingGetsNone) {
 TEST(Smoother, OneWrongSightingDoesNotMakeTheOnlyRobotJump) {
     Smoother smoother({{"r1", Cylinder{0.5, 0.5}}});
     for (int i = 0; i < 12; ++i) {
-        std::vector<SilhouetteObservation> frame = {seen(1, 1, 0, 0.02, 1)};
+        std::vector<PoseObservation> frame = {seen(1, 1, 0, 0.02, 1)};
         if (i == 6) frame.push_back(seen(5, 5, 0, 0.02, 1));
         smoother.add(from_seconds(0.1 * i), "hall", frame);
         const auto fixes = smoother.fixes(from_seconds(0.1 * i));

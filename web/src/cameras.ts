@@ -26,7 +26,7 @@ export class CameraCard {
     set(this.overlay, { viewBox: `-0.5 -0.5 ${camera.width} ${camera.height}`, 'aria-hidden': 'true' });
     picture.append(this.image, this.overlay);
     const title = document.createElement('h3');
-    title.textContent = camera.id;
+    title.textContent = camera.robot ? `${camera.id} on ${camera.robot}` : camera.id;
     this.status.className = 'pill';
     title.append(this.status);
     this.detail.className = 'quiet';
@@ -43,6 +43,23 @@ export class CameraCard {
     this.overlay.replaceChildren();
     for (const outline of state.outlines) {
       add(this.overlay, 'polygon', { points: points(outline.points), style: `--robot: ${colourOf(outline.robot)}` });
+    }
+    if (state.seen) this.showSeen(state.seen);
+  }
+
+  /** What a camera that looks up saw: landmarks, spots that are none, lamps. */
+  private showSeen(seen: NonNullable<CameraState['seen']>): void {
+    for (const [left, top, right, bottom] of seen.lamps) {
+      add(this.overlay, 'rect', { x: left - 2, y: top - 2, width: right - left + 5, height: bottom - top + 5, class: 'lamp' });
+    }
+    for (const [x, y] of seen.rejected) add(this.overlay, 'path', { d: `M${x - 4},${y - 4}l8,8m0,-8l-8,8`, class: 'rejected' });
+    for (const landmark of seen.landmarks) {
+      add(this.overlay, 'polygon', { points: points(landmark.points), class: 'landmark' });
+      for (const [x, y] of landmark.points) add(this.overlay, 'circle', { cx: x, cy: y, r: 4, class: 'landmark' });
+      const top = Math.min(...landmark.points.map((p) => p[1]));
+      const middle = landmark.points.reduce((sum, p) => sum + p[0], 0) / landmark.points.length;
+      const label = add(this.overlay, 'text', { x: middle, y: top - 9, class: 'landmark' });
+      label.textContent = landmark.id ?? '?';
     }
   }
 

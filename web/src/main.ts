@@ -76,6 +76,7 @@ function showRobots(robots: RobotState[]): void {
 
 function showState(state: State): void {
   map.setRobots(state.robots, state.time);
+  map.setRanges(state.ranges ?? []);
   showRobots(state.robots);
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
 }

@@ -1,6 +1,6 @@
 import { colourOf } from './colours';
 import { add, points, set } from './svg';
-import type { Point, RobotShape, RobotState, Site } from './types';
+import type { Beacon, Point, RangeCircle, RobotShape, RobotState, Site } from './types';
 
 const trailSeconds = 30;
 const trailGap = 0.03; // m between points of a trail
@@ -24,7 +24,7 @@ interface Box {
 /** The floor plan, seen from above: x to the right, y up. */
 export class FloorMap {
   private readonly svg: SVGSVGElement;
-  private readonly layers: { views: SVGGElement; walls: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
+  private readonly layers: { views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
   private readonly drawn = new Map<string, Drawn>();
   private all: Box = { x: -1, y: -1, width: 2, height: 2 };
   private shown: Box = this.all;
@@ -37,6 +37,8 @@ export class FloorMap {
     this.layers = {
       views: add(world, 'g', { class: 'views' }),
       walls: add(world, 'g', { class: 'walls' }),
+      ranges: add(world, 'g', { class: 'ranges' }),
+      installed: add(world, 'g', { class: 'installed' }),
       cameras: add(world, 'g', { class: 'cameras' }),
       robots: add(world, 'g', { class: 'robots' }),
     };
@@ -46,9 +48,12 @@ export class FloorMap {
 
   setSite(site: Site): void {
     this.site = site;
-    for (const layer of [this.layers.views, this.layers.walls, this.layers.cameras]) layer.replaceChildren();
+    for (const layer of [this.layers.views, this.layers.walls, this.layers.installed, this.layers.cameras]) layer.replaceChildren();
+    for (const landmark of site.landmarks) add(this.layers.installed, 'polygon', { points: points(landmark.points), 'data-landmark': landmark.id });
+    for (const beacon of site.beacons) this.addBeacon(beacon);
     for (const wall of site.walls) add(this.layers.walls, 'polyline', { points: points(wall) });
     for (const camera of site.cameras) {
+      if (!camera.position || !camera.view) continue;
       add(this.layers.views, 'polygon', { points: points(camera.view), 'data-camera': camera.id });
       const mark = add(this.layers.cameras, 'g', { transform: `translate(${camera.position[0]} ${camera.position[1]})` });
       add(mark, 'circle', { r: 0.11 });
@@ -56,8 +61,8 @@ export class FloorMap {
       label.textContent = camera.id;
     }
     const corners: Point[] = site.walls.length
-      ? site.walls.flat().concat(site.cameras.map((c) => c.position))
-      : site.cameras.flatMap((c) => [...c.view, c.position]);
+      ? site.walls.flat().concat(site.cameras.flatMap((c) => (c.position ? [c.position] : [])))
+      : site.cameras.flatMap((c) => [...(c.view ?? []), ...(c.position ? [c.position] : [])]).concat(site.beacons.map((b) => b.position));
     if (corners.length) {
       const xs = corners.map((p) => p[0]);
       const ys = corners.map((p) => p[1]);
@@ -70,6 +75,24 @@ export class FloorMap {
       };
     }
     this.fit();
+  }
+
+  private addBeacon(beacon: Beacon): void {
+    const [x, y] = beacon.position;
+    const mark = add(this.layers.installed, 'g', { transform: `translate(${x} ${y})`, class: 'beacon', 'data-beacon': beacon.id });
+    add(mark, 'circle', { r: 0.07 });
+    const label = add(mark, 'text', { transform: 'scale(1 -1)', x: 0.16, y: -0.1 });
+    label.textContent = beacon.id;
+  }
+
+  /** The circles on which each robot is by its ranges. */
+  setRanges(circles: RangeCircle[]): void {
+    this.layers.ranges.replaceChildren();
+    for (const circle of circles) {
+      const beacon = this.site?.beacons.find((b) => b.id === circle.beacon);
+      if (!beacon) continue;
+      add(this.layers.ranges, 'circle', { cx: beacon.position[0], cy: beacon.position[1], r: circle.radius, style: `--robot: ${colourOf(circle.robot)}` });
+    }
   }
 
   fit(): void {

@@ -5,8 +5,19 @@ export interface SiteCamera {
   id: string;
   width: number;
   height: number;
+  position?: Point; // of a fixed camera
+  view?: Point[];
+  robot?: string; // of a camera that rides on this robot
+}
+
+export interface Landmark {
+  id: string;
+  points: Point[];
+}
+
+export interface Beacon {
+  id: string;
   position: Point;
-  view: Point[];
 }
 
 export interface RobotShape {
@@ -20,6 +31,8 @@ export interface Site {
   walls: Point[][];
   cameras: SiteCamera[];
   robots: Record<string, RobotShape>;
+  landmarks: Landmark[];
+  beacons: Beacon[];
 }
 
 export interface RobotState {
@@ -40,10 +53,18 @@ export interface CameraState {
   rate: number;
   busy_ms: number;
   outlines: { robot: string; points: Point[]; support: number }[];
+  seen?: { landmarks: { id: string | null; points: Point[] }[]; rejected: Point[]; lamps: [number, number, number, number][] };
+}
+
+export interface RangeCircle {
+  robot: string;
+  beacon: string;
+  radius: number;
 }
 
 export interface State {
   time: number;
   robots: RobotState[];
   cameras: CameraState[];
+  ranges: RangeCircle[];
 }

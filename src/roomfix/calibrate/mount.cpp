@@ -174,6 +174,7 @@ Result<MountCalibration> calibrate_mount(const CameraOnRobot& start, std::vector
     }
     covariance += systematic;
     result.robot_from_camera.pose = state.camera.robot_from_camera.pose;
+    covariance = 0.5 * (covariance + covariance.transpose()).eval();
     result.robot_from_camera.covariance = covariance.topLeftCorner<6, 6>();
     result.frames = static_cast<int>(state.frames.size());
     result.turned = turned;

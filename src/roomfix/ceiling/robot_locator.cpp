@@ -74,6 +74,10 @@ void RobotLocator::propose(std::span<const LandmarkObservation> landmarks, const
 /// The pose that one observation alone gives.
 Pose2 RobotLocator::pose_of(const LandmarkObservation& seen, int landmark) const {
     const auto& points = points_[static_cast<std::size_t>(landmark)];
+    const SiteLandmark& known = landmarks_[static_cast<std::size_t>(landmark)];
+    if (std::holds_alternative<Tag>(known.kind)) {
+        if (const auto pose = pose_before_tag(seen, known)) return *pose;
+    }
     FixedList<Eigen::Vector2d, 4> in_robot, in_map;
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
         const auto place = point_at_height(*camera_, seen.points[i].pixel, points[i].z());
@@ -82,6 +86,18 @@ Pose2 RobotLocator::pose_of(const LandmarkObservation& seen, int landmark) const
         in_map.push_back(points[i].head<2>());
     }
     return align({in_robot.begin(), in_robot.end()}, {in_map.begin(), in_map.end()});
+}
+
+/// A tag's four corners give the camera's whole pose before it, on a wall, too: what of that lies on the floor.
+std::optional<Pose2> RobotLocator::pose_before_tag(const LandmarkObservation& seen, const SiteLandmark& tag) const {
+    const auto own = own_points(tag.kind);
+    std::vector<FloorPoint> corners;
+    for (std::size_t i = 0; i < own.size(); ++i) corners.push_back({seen.points[i].pixel, own[i].head<2>()});
+    const auto tag_from_camera = camera_pose_from_floor_points(camera_->model, corners, 0.1);
+    if (!tag_from_camera) return std::nullopt;
+    const Eigen::Isometry3d placed = tag.map_from_landmark * tag_from_camera->map_from_camera.pose * camera_->robot_from_camera.pose.inverse();
+    const Eigen::Vector3d forward = placed.linear().col(0);
+    return Pose2{placed.translation().x(), placed.translation().y(), std::atan2(forward.y(), forward.x())};
 }
 
 /// Which landmark each observation is if the robot is at `pose`.

@@ -70,6 +70,7 @@ private:
     };
     void propose(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints);
     Pose2 pose_of(const LandmarkObservation& seen, int landmark) const;
+    std::optional<Pose2> pose_before_tag(const LandmarkObservation& seen, const SiteLandmark& tag) const;
     void explain(const Pose2& pose, std::span<const LandmarkObservation> landmarks, const LocatorHints& hints, RobotPlace& place) const;
     double hint_likelihood(const Pose2& pose, const LocatorHints& hints) const;
     void collect(std::span<const LandmarkObservation> landmarks, const RobotPlace& place, std::vector<SeenPoint>& points) const;

@@ -11,6 +11,7 @@ namespace {
 
 const cv::Scalar outline_colour(80, 200, 60);  // BGR
 const cv::Scalar heading_colour(40, 140, 255);
+const cv::Scalar lamp_colour(60, 80, 230);
 
 /// Writes labels above boxes (sixteenths of a pixel), on a dark ground, inside the picture and not over each other.
 class LabelWriter {
@@ -68,6 +69,44 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
             if (foot && nose && o.yaw_known) cv::arrowedLine(large, place(*foot), place(*nose), heading_colour, 2, cv::LINE_AA, 4, 0.25);
             if (foot) cv::circle(large, place(*foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
             if (i < labels.size()) label_writer.write_above(large, cv::boundingRect(polygon), labels[i]);
+        }
+        if (cv::imwrite(file.string(), large)) return {};
+    } catch (const cv::Exception&) {
+    }
+    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+}
+
+Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom) {
+    try {
+        const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
+        cv::Mat large;
+        cv::cvtColor(grey, large, cv::COLOR_GRAY2BGR);
+        cv::resize(large, large, {}, zoom, zoom, cv::INTER_NEAREST);
+        const auto place = [&](double x, double y) {
+            return cv::Point(static_cast<int>(16 * ((x + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((y + 0.5) * zoom - 0.5)));
+        };
+        for (const auto& [left, top, right, bottom] : overlay.lamps) {
+            cv::rectangle(large, place(left - 2, top - 2), place(right + 2, bottom + 2), lamp_colour, 1, cv::LINE_AA, 4);
+        }
+        for (const Eigen::Vector2f& spot : overlay.rejected) {
+            const double x = static_cast<double>(spot.x());
+            const double y = static_cast<double>(spot.y());
+            cv::line(large, place(x - 4, y - 4), place(x + 4, y + 4), lamp_colour, 1, cv::LINE_AA, 4);
+            cv::line(large, place(x - 4, y + 4), place(x + 4, y - 4), lamp_colour, 1, cv::LINE_AA, 4);
+        }
+        LabelWriter label_writer;
+        for (std::size_t i = 0; i < overlay.landmarks.size(); ++i) {
+            std::vector<cv::Point> polygon;
+            for (const PointSighting& point : overlay.landmarks[i].points) {
+                polygon.push_back(place(point.pixel.x(), point.pixel.y()));
+                cv::circle(large, polygon.back(), 5 * 16, outline_colour, 1, cv::LINE_AA, 4);
+            }
+            cv::polylines(large, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
+            if (i < overlay.names.size()) label_writer.write_above(large, cv::boundingRect(polygon), overlay.names[i]);
+        }
+        if (!overlay.caption.empty()) {
+            cv::rectangle(large, cv::Rect(0, large.rows - 18, large.cols, 18), {40, 40, 40}, cv::FILLED);
+            cv::putText(large, overlay.caption, {6, large.rows - 5}, cv::FONT_HERSHEY_SIMPLEX, 0.4, {255, 255, 255}, 1, cv::LINE_AA);
         }
         if (cv::imwrite(file.string(), large)) return {};
     } catch (const cv::Exception&) {

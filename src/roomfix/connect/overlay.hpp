@@ -1,6 +1,7 @@
 // A camera's picture with what was found drawn on it.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "roomfix/geometry/view.hpp"
 #include "roomfix/imaging/bit_mask.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/observation/landmark_observation.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
 
 namespace roomfix {
@@ -23,5 +25,17 @@ struct OverlayOptions {
 /// per observation.
 Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
                           const std::vector<std::string>& labels, const OverlayOptions& options = {});
+
+/// What a camera that looks up saw: landmarks with their names, spots that are none, lamps.
+struct CeilingOverlay {
+    std::vector<LandmarkObservation> landmarks;
+    std::vector<std::string> names;
+    std::vector<Eigen::Vector2f> rejected;       // px
+    std::vector<std::array<int, 4>> lamps;       // px: left, top, right, bottom
+    std::string caption;                         // along the lower edge
+};
+
+/// Writes the frame, enlarged `zoom` times, with what was seen in it as PNG or JPEG.
+Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom = 2);
 
 }  // namespace roomfix

@@ -28,7 +28,7 @@ void Smoother::predict(Track& track, Nanoseconds time) const {
     track.time = time;
 }
 
-double Smoother::distance(const Track& track, const SilhouetteObservation& observation) const {
+double Smoother::distance(const Track& track, const PoseObservation& observation) const {
     const Eigen::Vector2d off = Eigen::Vector2d(observation.pose.x, observation.pose.y) - track.state.head<2>();
     // Two robots cannot stand closer than their size; a quarter of it keeps disagreeing cameras and people's swinging arms
     // one target.
@@ -38,7 +38,7 @@ double Smoother::distance(const Track& track, const SilhouetteObservation& obser
     return off.dot(spread.inverse() * off);
 }
 
-void Smoother::update(Track& track, Nanoseconds time, const std::string& camera, const SilhouetteObservation& observation) const {
+void Smoother::update(Track& track, Nanoseconds time, const std::string& camera, const PoseObservation& observation) const {
     const Eigen::Matrix2d noise = observation.covariance.topLeftCorner<2, 2>();
     const Eigen::Matrix<double, 4, 2> gain = track.covariance.leftCols<2>() * (track.covariance.topLeftCorner<2, 2>() + noise).inverse();
     track.state += gain * (Eigen::Vector2d(observation.pose.x, observation.pose.y) - track.state.head<2>());
@@ -47,7 +47,7 @@ void Smoother::update(Track& track, Nanoseconds time, const std::string& camera,
     track.covariance = keep * track.covariance * keep.transpose() + gain * noise * gain.transpose();
 
     if (observation.yaw_known) {
-        const double turn = 2 * std::numbers::pi / static_cast<double>(observation.hypotheses.size());
+        const double turn = 2 * std::numbers::pi / observation.like_turns;
         const double speed = track.state.tail<2>().norm();
         if (!track.yaw_known) track.yaw = observation.pose.yaw;
         // Which of the poses that look alike: the one that goes on from the last, corrected once by the way it drives.
@@ -74,7 +74,7 @@ void Smoother::update(Track& track, Nanoseconds time, const std::string& camera,
     track.sources.emplace_back(camera, time);
 }
 
-void Smoother::start(Nanoseconds time, const std::string& camera, const SilhouetteObservation& observation) {
+void Smoother::start(Nanoseconds time, const std::string& camera, const PoseObservation& observation) {
     Track track;
     track.robot = observation.robot;
     track.time = track.born = time;
@@ -86,7 +86,7 @@ void Smoother::start(Nanoseconds time, const std::string& camera, const Silhouet
     tracks_.push_back(track);
 }
 
-void Smoother::add(Nanoseconds time, const std::string& camera, const std::vector<SilhouetteObservation>& observations) {
+void Smoother::add(Nanoseconds time, const std::string& camera, const std::vector<PoseObservation>& observations) {
     for (Track& track : tracks_) {
         if (to_seconds(track.time - time) > settings_.coast) {
             ++late_;
@@ -169,6 +169,19 @@ void Smoother::confirm(Nanoseconds time) {
             old->seen = 0;  // dropped at the next frame
         }
     }
+}
+
+std::optional<PoseObservation> Smoother::expected(int robot, Nanoseconds time) const {
+    for (Track track : tracks_) {
+        if (track.robot != robot || track.name.empty() || to_seconds(time - track.seen) > patience(track)) continue;
+        predict(track, std::max(time, track.time));
+        PoseObservation expected{robot, {track.state.x(), track.state.y(), wrap_angle(track.yaw)}, track.yaw_known};
+        expected.covariance.setZero();
+        expected.covariance.topLeftCorner<2, 2>() = track.covariance.topLeftCorner<2, 2>();
+        expected.covariance(2, 2) = track.yaw_known ? track.yaw_variance : std::numbers::pi * std::numbers::pi / 3;
+        return expected;
+    }
+    return std::nullopt;
 }
 
 std::vector<Fix> Smoother::fixes(Nanoseconds time) const {

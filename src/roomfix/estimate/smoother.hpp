@@ -1,11 +1,13 @@
-// One smooth pose per robot from the observations of fixed cameras: a constant-velocity Kalman filter for each.
+// One smooth pose per robot from what cameras and ranges say of it: a constant-velocity Kalman filter for each.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "roomfix/observation/fix.hpp"
+#include "roomfix/observation/pose_observation.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -27,7 +29,10 @@ public:
 
     /// Takes the observations of one frame of one camera. Frames must come in order of time, up to `coast` late; older ones
     /// are counted in `late()` and not used.
-    void add(Nanoseconds time, const std::string& camera, const std::vector<SilhouetteObservation>& observations);
+    void add(Nanoseconds time, const std::string& camera, const std::vector<PoseObservation>& observations);
+
+    /// Where a robot is expected at a time, if it is tracked and not lost.
+    std::optional<PoseObservation> expected(int robot, Nanoseconds time) const;
 
     /// All robots at a time not before the last observation: ok, coasting, or left out when lost.
     std::vector<Fix> fixes(Nanoseconds time) const;
@@ -50,12 +55,12 @@ private:
         std::vector<std::pair<std::string, Nanoseconds>> sources;
     };
     void predict(Track& track, Nanoseconds time) const;
-    double distance(const Track& track, const SilhouetteObservation& observation) const;
-    void update(Track& track, Nanoseconds time, const std::string& camera, const SilhouetteObservation& observation) const;
+    double distance(const Track& track, const PoseObservation& observation) const;
+    void update(Track& track, Nanoseconds time, const std::string& camera, const PoseObservation& observation) const;
     double patience(const Track& track) const;
     void drop_doubles();
     void confirm(Nanoseconds time);
-    void start(Nanoseconds time, const std::string& camera, const SilhouetteObservation& observation);
+    void start(Nanoseconds time, const std::string& camera, const PoseObservation& observation);
 
     std::vector<SiteRobot> robots_;
     SmootherSettings settings_;

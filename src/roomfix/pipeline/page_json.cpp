@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "roomfix/ceiling/lamps.hpp"
 #include "roomfix/pipeline/site_runner.hpp"
 
 namespace roomfix {
@@ -70,13 +71,21 @@ json shape_json(const Shape& shape) {
 }  // namespace
 
 std::string SiteRunner::site_json() const {
-    json site = {{"name", site_.name}, {"walls", json::array()}, {"cameras", json::array()}, {"robots", json::object()}};
+    json site = {{"name", site_.name},         {"walls", json::array()},     {"cameras", json::array()},
+                 {"robots", json::object()},   {"landmarks", json::array()}, {"beacons", json::array()}};
     for (const Polyline& line : site_.walls) {
         json polyline = json::array();
         for (const auto& p : line) polyline.push_back(point(p));
         site["walls"].push_back(polyline);
     }
     for (const auto& post : posts_) {
+        if (post->locator) {
+            site["cameras"].push_back({{"id", post->camera.id},
+                                       {"width", post->camera.model.width},
+                                       {"height", post->camera.model.height},
+                                       {"robot", site_.robots[static_cast<std::size_t>(post->locator->robot())].id}});
+            continue;
+        }
         const View& view = post->observer->view();
         site["cameras"].push_back({{"id", post->camera.id},
                                    {"width", view.model.width},
@@ -88,7 +97,46 @@ std::string SiteRunner::site_json() const {
         site["robots"][robot.id] = shape_json(robot.shape);
         site["robots"][robot.id]["many"] = robot.many;
     }
+    for (const SiteLandmark& landmark : site_.landmarks) {
+        json points = json::array();
+        for (const auto& p : map_points(landmark)) points.push_back(point(p.head<2>()));
+        site["landmarks"].push_back({{"id", landmark.id}, {"points", points}});
+    }
+    for (const SiteBeacon& beacon : site_.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
     return site.dump();
+}
+
+/// The circles on the floor plan that a robot's ranges draw around the beacons.
+std::string SiteRunner::ranges_json(Nanoseconds time) const {
+    json circles = json::array();
+    for (const Ear& ear : ears_) {
+        const SiteRobot& robot = site_.robots[static_cast<std::size_t>(ear.robot)];
+        for (const RangeObservation& range : ranges_near(ear.robot, time)) {
+            const SiteBeacon& beacon = site_.beacons[static_cast<std::size_t>(range.beacon)];
+            const double rise = beacon.position.z() - robot.receiver->position.z();
+            const double radius = std::sqrt(std::max(range.range * range.range - rise * rise, 0.0));
+            circles.push_back({{"robot", robot.id}, {"beacon", beacon.id}, {"radius", rounded(radius, 1e-3)}});
+        }
+    }
+    return circles.dump();
+}
+
+/// What a camera on a robot saw: landmarks with their points, spots that are none, lamps.
+std::string SiteRunner::onboard_json(const Post& post) const {
+    json seen = {{"landmarks", json::array()}, {"rejected", json::array()}, {"lamps", json::array()}};
+    const auto names = post.locator->landmark_names(post.shown_onboard);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        json points = json::array();
+        for (const auto& p : post.shown_onboard.seen.landmarks[i].points) points.push_back({rounded(p.pixel.x(), 0.1), rounded(p.pixel.y(), 0.1)});
+        seen["landmarks"].push_back({{"id", names[i].empty() ? json() : json(names[i])}, {"points", points}});
+    }
+    for (const auto& spot : post.shown_onboard.seen.rejected) {
+        seen["rejected"].push_back({rounded(static_cast<double>(spot.pixel.x()), 0.1), rounded(static_cast<double>(spot.pixel.y()), 0.1)});
+    }
+    if (!post.last.empty()) {
+        for (const LampBox& lamp : find_lamps(post.last)) seen["lamps"].push_back({lamp.left, lamp.top, lamp.right, lamp.bottom});
+    }
+    return seen.dump();
 }
 
 std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
@@ -114,8 +162,10 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
             const std::string robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
             camera["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
         }
+        if (post->locator) camera["seen"] = json::parse(onboard_json(*post));
         state["cameras"].push_back(camera);
     }
+    state["ranges"] = json::parse(ranges_json(time));
     return state.dump();
 }
 

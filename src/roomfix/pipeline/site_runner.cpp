@@ -6,16 +6,22 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <thread>
 
 #include "roomfix/connect/fix_json.hpp"
+#include "roomfix/connect/range_source.hpp"
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/overhead/robot_tag.hpp"
 
 namespace roomfix {
 namespace {
 
 constexpr double publish_interval = 0.06;  // s: a screen needs no more
+constexpr double range_age = 0.3;          // s: ranges that old still go with a frame
+constexpr double likely = 0.9;             // weight of a place that is believed
+const std::string range_source_name = "ranges";
 
 double wall_clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -25,19 +31,41 @@ SiteRunner::SiteRunner(const Site& site) : site_(site), smoother_(site.robots) {
 
 Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
     std::unique_ptr<SiteRunner> runner(new SiteRunner(site));
+    if (site.robots.empty()) return Error{"the site has no robot: add one under 'robots' with its shape and size"};
+    const bool robots_wear_tags = std::any_of(site.robots.begin(), site.robots.end(), [](const SiteRobot& r) { return r.tag.has_value(); });
+    std::vector<int> with_camera;
     for (const SiteCamera& camera : site.cameras) {
-        const bool fixed = std::holds_alternative<KnownPose>(camera.placement) || std::holds_alternative<KnownFloorPoints>(camera.placement);
-        if (!fixed) continue;
-        const auto view = fixed_view(camera);
-        if (!view) return view.error();
         auto post = std::make_unique<Post>();
         post->camera = camera;
         post->state.id = camera.id;
-        post->observer = std::make_unique<OverheadObserver>(*view, site.robots);
+        if (std::holds_alternative<KnownHeight>(camera.placement)) continue;  // looks at corners
+        if (std::holds_alternative<Mount>(camera.placement)) {
+            auto locator = OnboardLocator::for_camera(site, camera);
+            if (!locator) return locator.error();
+            with_camera.push_back((*locator)->robot());
+            post->locator = std::move(*locator);
+        } else {
+            const auto view = fixed_view(camera);
+            if (!view) return view.error();
+            post->observer = std::make_unique<OverheadObserver>(*view, site.robots);
+            if (robots_wear_tags) post->tags.emplace();
+        }
         runner->posts_.push_back(std::move(post));
     }
-    if (runner->posts_.empty()) return Error{"the site has no fixed camera: give a camera 'pose' or 'floor_points'"};
-    if (site.robots.empty()) return Error{"the site has no robot: add one under 'robots' with its shape and size"};
+    for (std::size_t r = 0; r < site.robots.size(); ++r) {
+        if (!site.robots[r].receiver) continue;
+        Ear ear;
+        ear.robot = static_cast<int>(r);
+        if (std::find(with_camera.begin(), with_camera.end(), ear.robot) == with_camera.end()) {
+            auto locator = OnboardLocator::for_ranges(site, ear.robot);
+            if (!locator) return locator.error();
+            ear.alone = std::move(*locator);
+        }
+        runner->ears_.push_back(std::move(ear));
+    }
+    if (runner->posts_.empty() && runner->ears_.empty()) {
+        return Error{"the site has nothing that finds robots: give a camera 'pose', 'floor_points' or 'mount', or a robot a 'receiver'"};
+    }
     return runner;
 }
 
@@ -60,7 +88,9 @@ Result<void> SiteRunner::serve_page(const std::string& host, int port) {
     return started;
 }
 
-void SiteRunner::set_background(std::size_t index, BackgroundModel background) { posts_[index]->observer->set_background(std::move(background)); }
+void SiteRunner::set_background(std::size_t index, BackgroundModel background) {
+    if (is_fixed(index)) posts_[index]->observer->set_background(std::move(background));
+}
 
 void SiteRunner::set_source_state(std::size_t index, const std::string& status, const std::string& message) {
     const std::lock_guard lock(mutex_);
@@ -87,14 +117,14 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         return Error{message};
     }
     const double before = wall_clock();
-    post.observer->observe(frame, post.result);
+    const auto poses = post.observer ? watch(post, frame) : look_up(post, frame, time);
     const double after = wall_clock();
 
     const std::lock_guard lock(mutex_);
     SourceState& state = post.state;
     ++state.frames;
     state.status = "ok";
-    state.message = post.result.reason;
+    state.message = post.observer ? post.result.reason : post.onboard.located.reason;
     state.busy = state.frames == 1 ? after - before : 0.9 * state.busy + 0.1 * (after - before);
     if (post.last_wall > 0) {
         const double rate = 1 / std::max(after - post.last_wall, 1e-4);
@@ -104,10 +134,138 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
     if (page_) {
         post.last = copy_of(frame);
         post.shown = post.result.observations;
+        post.shown_onboard = post.onboard;
     }
-    smoother_.add(time, post.camera.id, post.result.observations);
+    smoother_.add(time, post.camera.id, poses);
     pass_on(time, post.camera.id);
     return {};
+}
+
+/// What a fixed camera sees: outlines, and the tags of robots that wear one. A tag says more than an outline.
+std::vector<PoseObservation> SiteRunner::watch(Post& post, LumaView frame) {
+    post.observer->observe(frame, post.result);
+    std::vector<PoseObservation> poses = poses_of(post.result.observations);
+    if (!post.tags) return poses;
+    std::vector<SeenTag> tags;
+    post.tags->detect(frame, tags);
+    for (const SeenTag& tag : tags) {
+        for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+            if (!site_.robots[r].tag || site_.robots[r].tag->number != tag.number) continue;
+            const auto fit = fit_robot_tag(post.observer->view(), site_.robots[r], tag.corners, post.tags->settings().corner_sigma);
+            if (!fit) continue;
+            std::erase_if(poses, [&](const PoseObservation& o) { return o.robot == static_cast<int>(r); });
+            poses.push_back({static_cast<int>(r), fit->pose, true, fit->covariance, 1});
+        }
+    }
+    return poses;
+}
+
+/// What a camera on a robot sees, with the ranges of that moment.
+std::vector<PoseObservation> SiteRunner::look_up(Post& post, LumaView frame, Nanoseconds time) {
+    const int robot = post.locator->robot();
+    std::vector<RangeObservation> ranges;
+    std::optional<PoseObservation> expected;
+    {
+        const std::lock_guard lock(mutex_);
+        ranges = ranges_near(robot, time);
+        expected = smoother_.expected(robot, time);
+    }
+    post.locator->locate(&frame, ranges, expected, -1, post.onboard);
+    return confident_pose(post.onboard, robot);
+}
+
+/// The best place, unless another one is nearly as likely: then it is better to wait.
+std::vector<PoseObservation> SiteRunner::confident_pose(const OnboardResult& result, int robot) const {
+    if (result.located.places.empty() || result.located.places[0].weight < likely) return {};
+    const RobotPlace& best = result.located.places[0];
+    return {{robot, best.pose, best.yaw_known, best.covariance, 1}};
+}
+
+/// The robot's newest range to each beacon, if it is not too old. The mutex is held.
+std::vector<RangeObservation> SiteRunner::ranges_near(int robot, Nanoseconds time) const {
+    std::vector<RangeObservation> near;
+    for (const Ear& ear : ears_) {
+        if (ear.robot != robot) continue;
+        for (const RangeObservation& range : ear.heard) {
+            if (std::abs(to_seconds(time - range.time)) < range_age) near.push_back(range);
+        }
+    }
+    return near;
+}
+
+void SiteRunner::hear(const RangeBatch& batch) {
+    const std::lock_guard lock(mutex_);
+    for (const std::string& problem : batch.problems) {
+        if (range_problems_.size() < 20) range_problems_.push_back(problem);
+    }
+    for (const RangeObservation& range : batch.ranges) {
+        for (Ear& ear : ears_) {
+            if (ear.robot != range.robot) continue;
+            std::erase_if(ear.heard, [&](const RangeObservation& old) { return old.beacon == range.beacon; });
+            ear.heard.push_back(range);
+            if (!ear.alone) continue;
+            OnboardResult result;
+            ear.alone->locate(nullptr, ranges_near(ear.robot, range.time), smoother_.expected(ear.robot, range.time), -1, result);
+            smoother_.add(range.time, range_source_name, confident_pose(result, ear.robot));
+            pass_on(range.time, range_source_name);
+        }
+    }
+}
+
+std::vector<std::string> SiteRunner::range_problems() const {
+    const std::lock_guard lock(mutex_);
+    return range_problems_;
+}
+
+Result<void> SiteRunner::load_recorded_ranges() {
+    recorded_.clear();
+    recorded_next_ = 0;
+    for (const Ear& ear : ears_) {
+        const std::string& written = site_.robots[static_cast<std::size_t>(ear.robot)].receiver->source;
+        if (written.empty() || is_live_range_source(written)) continue;
+        const auto batch = load_ranges(resolved_path(site_, written), site_, ear.robot);
+        if (!batch) return batch.error();
+        // One file may hold the ranges of several robots: each ear takes its own.
+        for (const RangeObservation& range : batch->ranges) {
+            if (range.robot == ear.robot) recorded_.ranges.push_back(range);
+        }
+        recorded_.problems.insert(recorded_.problems.end(), batch->problems.begin(), batch->problems.end());
+    }
+    std::stable_sort(recorded_.ranges.begin(), recorded_.ranges.end(), [](const RangeObservation& a, const RangeObservation& b) { return a.time < b.time; });
+    RangeBatch problems;
+    problems.problems = recorded_.problems;
+    hear(problems);
+    return {};
+}
+
+/// Recorded ranges up to a time.
+void SiteRunner::hear_until(Nanoseconds time) {
+    RangeBatch now;
+    while (recorded_next_ < recorded_.ranges.size() && recorded_.ranges[recorded_next_].time <= time) now.ranges.push_back(recorded_.ranges[recorded_next_++]);
+    if (!now.ranges.empty()) hear(now);
+}
+
+/// A listener on a serial line, in a thread of its own; a device that vanishes is opened again when it comes back.
+void SiteRunner::listen(const std::string& device, int robot, const std::atomic<bool>& stop) {
+    RangeReader reader(site_, robot);
+    std::string bytes;
+    while (!stop) {
+        auto line = SerialLine::open(device);
+        if (!line) {
+            RangeBatch problem;
+            problem.problems.push_back(line.error().message);
+            hear(problem);
+            for (int i = 0; i < 20 && !stop; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            continue;
+        }
+        while (!stop && line->read(0.2, bytes)) {
+            if (bytes.empty()) continue;
+            RangeBatch batch;
+            reader.feed(bytes, std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(), batch);
+            bytes.clear();
+            hear(batch);
+        }
+    }
 }
 
 /// Gives the fixes of a time to the file and, not too often, to the page. The mutex is held.
@@ -137,7 +295,12 @@ Result<void> SiteRunner::run_sources(double speed, const std::atomic<bool>& stop
         if (!source) return Error{fmt::format("camera {}: {}", posts_[i]->camera.id, source.error().message)};
         sources[i] = std::move(*source);
     }
+    if (auto loaded = load_recorded_ranges(); !loaded) return loaded;
     std::vector<std::thread> threads;
+    for (const Ear& ear : ears_) {
+        const std::string& device = site_.robots[static_cast<std::size_t>(ear.robot)].receiver->source;
+        if (is_live_range_source(device)) threads.emplace_back([this, device, robot = ear.robot, &stop] { listen(device, robot, stop); });
+    }
     for (std::size_t i = 0; i < sources.size(); ++i) {
         if (sources[i]->live()) threads.emplace_back([this, i, &sources, &stop] { run_live(i, *sources[i], stop); });
     }
@@ -199,11 +362,13 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
             const double due = start_wall + to_seconds(time - *start_time) / speed;
             while (!stop && wall_clock() < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(0.05, due - wall_clock())));
         }
+        hear_until(time);
         const auto fed = feed(first, waiting[first]->image, time);
         if (!fed && posts_[first]->state.frames == 0) return fed;  // the very first frame does not fit: nothing will
         if (progress) progress(std::min(1.0, ++done / total));
         fetch(first);
     }
+    if (!stop) hear_until(std::numeric_limits<Nanoseconds>::max());
     return {};
 }
 

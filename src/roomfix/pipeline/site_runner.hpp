@@ -14,6 +14,8 @@
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/estimate/smoother.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
+#include "roomfix/pipeline/onboard_locator.hpp"
+#include "roomfix/ranging/range_reader.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -31,7 +33,7 @@ struct SourceState {
 
 class SiteRunner {
 public:
-    /// An error if the site has no fixed camera or no robot.
+    /// An error if the site has no robot, or nothing that could find one: no fixed camera, no camera on a robot, no receiver.
     static Result<std::unique_ptr<SiteRunner>> create(const Site& site);
 
     /// Where fixes go: one line each, flushed at every frame. "-" is stdout.
@@ -42,10 +44,15 @@ public:
 
     std::size_t cameras() const { return posts_.size(); }
     const SiteCamera& camera(std::size_t index) const { return posts_[index]->camera; }
+    /// True for a camera that watches from a fixed place and compares with a background.
+    bool is_fixed(std::size_t index) const { return posts_[index]->observer != nullptr; }
     void set_background(std::size_t index, BackgroundModel background);
 
     /// One frame of one camera: observes, smooths, and passes the fixes on. Errors (wrong size) are counted and reported.
     Result<void> feed(std::size_t index, LumaView frame, Nanoseconds time);
+    /// Ranges that receivers heard. They go into the fixes of the camera on the same robot; a robot without one is located by them.
+    void hear(const RangeBatch& batch);
+
     void set_source_state(std::size_t index, const std::string& status, const std::string& message);
     std::vector<SourceState> source_states() const;
 
@@ -53,13 +60,20 @@ public:
     /// were taken (0: as fast as it goes); live ones each in its thread. `stop` ends it early. `progress` gets 0..1.
     Result<void> run_sources(double speed, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
     long fixes_given() const { return fixes_given_; }
+    /// Lines of range sources that could not be used, as sentences; at most some of them.
+    std::vector<std::string> range_problems() const;
 
 private:
+    /// One camera: fixed, with an observer, or on a robot, with a locator.
     struct Post {
         SiteCamera camera;
         std::unique_ptr<OverheadObserver> observer;
-        OverheadResult result;                     // the observing thread's own
+        std::optional<TagDetector> tags;  // of robots that carry one
+        OverheadResult result;            // the observing thread's own
+        std::unique_ptr<OnboardLocator> locator;
+        OnboardResult onboard;                     // the observing thread's own
         std::vector<SilhouetteObservation> shown;  // of the last frame, for the page
+        OnboardResult shown_onboard;
         LumaImage last;                            // for the page
         SourceState state;
         double last_wall = 0;  // s, when the last frame came
@@ -68,13 +82,31 @@ private:
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, double speed, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
     void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
+    struct Ear {  // one robot's receiver
+        int robot = 0;
+        std::unique_ptr<OnboardLocator> alone;  // for a robot without a camera
+        std::vector<RangeObservation> heard;    // the newest of each beacon
+    };
+    std::vector<PoseObservation> watch(Post& post, LumaView frame);
+    std::vector<PoseObservation> look_up(Post& post, LumaView frame, Nanoseconds time);
+    std::vector<PoseObservation> confident_pose(const OnboardResult& result, int robot) const;
+    std::vector<RangeObservation> ranges_near(int robot, Nanoseconds time) const;
+    Result<void> load_recorded_ranges();
+    void listen(const std::string& device, int robot, const std::atomic<bool>& stop);
+    void hear_until(Nanoseconds time);
     void pass_on(Nanoseconds time, const std::string& camera);
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
+    std::string ranges_json(Nanoseconds time) const;
+    std::string onboard_json(const Post& post) const;
     std::string site_json() const;
     std::vector<std::uint8_t> picture_of(const std::string& camera);
 
     Site site_;
     std::vector<std::unique_ptr<Post>> posts_;
+    std::vector<Ear> ears_;
+    RangeBatch recorded_;        // ranges still to be heard, in the order of their times
+    std::size_t recorded_next_ = 0;
+    std::vector<std::string> range_problems_;
     mutable std::mutex mutex_;  // guards the smoother, the sinks and the posts' pictures and states
     Smoother smoother_;
     std::ofstream fixes_file_;

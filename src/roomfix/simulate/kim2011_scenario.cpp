@@ -12,16 +12,6 @@ constexpr double ceiling = 3.0;          // m
 constexpr double camera_height = 0.30;   // m
 const Eigen::Vector2d landmark_place(1.0, 1.25);
 
-/// Straight up; the picture's top is the robot's front.
-Eigen::Isometry3d looking_up() {
-    Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();
-    mount.linear().col(0) = Eigen::Vector3d::UnitY();
-    mount.linear().col(1) = -Eigen::Vector3d::UnitX();
-    mount.linear().col(2) = Eigen::Vector3d::UnitZ();
-    mount.translation() = Eigen::Vector3d(0, 0, camera_height);
-    return mount;
-}
-
 CameraModel usb_camera() {
     const double focal = 0.5 * 352 / std::tan(radians(30));
     return make_camera_model(352, 288, focal, focal, 175.1, 144.2, {-0.08, 0.02, 0.0006, -0.0004, 0});
@@ -43,7 +33,7 @@ Scenario room(const char* name, std::uint64_t seed, double tilt) {
     SiteRobot robot{"r1", Cylinder{0.40, 0.30}};
     robot.receiver = Receiver{{0, 0, camera_height}, "ranges.csv", scenario.ranges.sigma};
     site.robots = {robot};
-    SiteCamera up{"up", "frames/up", usb_camera(), Mount{"r1", {looking_up(), Matrix6d::Zero()}, false}, ""};
+    SiteCamera up{"up", "frames/up", usb_camera(), Mount{"r1", {looking_up(camera_height), Matrix6d::Zero()}, false}, ""};
     site.cameras = {up};
 
     // The room as it is.
@@ -53,10 +43,10 @@ Scenario room(const char* name, std::uint64_t seed, double tilt) {
     add_landmark(landmark, {}, scenario.ceiling);
     scenario.ranges.temperature = site.temperature;
     scenario.ranges.temperature_error = random.normal(1.0);
-    ScenarioUpCamera camera{"up", 0, {up.model, {looking_up(), Matrix6d::Zero()}}, {}, {}};
+    ScenarioUpCamera camera{"up", 0, {up.model, {looking_up(camera_height), Matrix6d::Zero()}}, {}, {}};
     const double direction = random.uniform(-std::numbers::pi, std::numbers::pi);
     const Eigen::Vector3d axis(std::cos(direction), std::sin(direction), 0);
-    camera.truth.robot_from_camera.pose.linear() = exponential_rotation(tilt * axis) * looking_up().linear();
+    camera.truth.robot_from_camera.pose.linear() = exponential_rotation(tilt * axis) * looking_up(camera_height).linear();
     scenario.up_cameras = {camera};
     scenario.robots = {{robot, {}, {}, 0.2, 0, 0}};
     return scenario;

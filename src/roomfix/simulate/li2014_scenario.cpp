@@ -97,9 +97,48 @@ Scenario li2014_scenario(std::uint64_t seed) {
     return scenario;
 }
 
+namespace {
+
+/// Landmarks and beacons along the aisles' ceiling, and a camera and a receiver on the first robot.
+void equip_with_landmarks(Scenario& scenario) {
+    constexpr double height = 2.8;  // m
+    scenario.ceiling.height = height;
+    scenario.ceiling.seed = scenario.scene.seed;
+    for (const Lamp& lamp : scenario.scene.lamps) {
+        CeilingPatch tube;
+        tube.centre = lamp.position.head<2>().cast<double>() + Eigen::Vector2d(0.4, 0.4);
+        tube.half = {0.6, 0.013};
+        tube.light = 15;
+        scenario.ceiling.patches.push_back(tube);
+    }
+    const std::vector<Eigen::Vector2d> places = {{5.2, 5.6}, {7.6, 5.9}, {7.8, 8.2}, {7.5, 10.5}, {10.0, 10.3}, {12.3, 10.5}};
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const std::string id = "n" + std::to_string(i + 1);
+        const Eigen::Vector3d place(places[i].x(), places[i].y(), height);
+        SiteLandmark landmark{id, LedTriangle{0.10, 0.15}};
+        landmark.map_from_landmark = Eigen::Translation3d(place) * Eigen::AngleAxisd(radians(30.0 * static_cast<double>(i)), Eigen::Vector3d::UnitZ());
+        landmark.beacon = id;
+        scenario.site.landmarks.push_back(landmark);
+        scenario.site.beacons.push_back({id, place, ""});
+        add_landmark(landmark, {}, scenario.ceiling);
+    }
+    ScenarioRobot& robot = scenario.robots[0];
+    const double top = half_size(robot.robot.shape).z() * 2;
+    robot.robot.receiver = Receiver{{0, 0, top}, "ranges.csv", scenario.ranges.sigma};
+    const double focal = 0.5 * 352 / std::tan(radians(30));
+    const CameraModel model = make_camera_model(352, 288, focal, focal, 175.1, 144.2, {-0.08, 0.02, 0.0006, -0.0004, 0});
+    const UncertainPose3 mount{looking_up(top), (Vector6d() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6).finished().asDiagonal()};
+    scenario.site.cameras.push_back({"up", "frames/up", model, Mount{robot.robot.id, mount, true}, ""});
+    scenario.up_cameras.push_back({"up", 0, {model, {looking_up(top), Matrix6d::Zero()}}, {}, {}});
+}
+
+}  // namespace
+
 Scenario demo_scenario(std::uint64_t seed) {
     Scenario scenario = li2014_scenario(seed);
     scenario.name = scenario.site.name = "demo";
+    equip_with_landmarks(scenario);
+    scenario.site.robots = {scenario.robots[0].robot};
     ScenarioRobot cart;
     cart.robot = {"cart", Box{0.80, 0.50, 0.60}};
     cart.look = {0.10f, 0.08f, false};

@@ -66,6 +66,54 @@ std::vector<FloorPoint> clicked_floor_points(const ScenarioCamera& camera, doubl
     return chosen;
 }
 
+Eigen::Isometry3d looking_up(double height) {
+    Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();
+    mount.linear().col(0) = Eigen::Vector3d::UnitY();
+    mount.linear().col(1) = -Eigen::Vector3d::UnitX();
+    mount.linear().col(2) = Eigen::Vector3d::UnitZ();
+    mount.translation() = Eigen::Vector3d(0, 0, height);
+    return mount;
+}
+
+namespace {
+
+bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
+        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x()) > 0;
+    };
+    for (const Polyline& line : walls) {
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            if (side(a, b, line[i - 1]) != side(a, b, line[i]) && side(line[i - 1], line[i], a) != side(line[i - 1], line[i], b)) return true;
+        }
+    }
+    return false;
+}
+
+}  // namespace
+
+std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t robot, double from, double to, std::uint64_t seed) {
+    std::vector<RangeObservation> ranges;
+    const auto& receiver = scenario.robots[robot].robot.receiver;
+    if (!receiver) return ranges;
+    const double interval = 1 / scenario.range_rate;
+    const double count = static_cast<double>(scenario.site.beacons.size());
+    for (std::size_t b = 0; b < scenario.site.beacons.size(); ++b) {
+        const double turn = interval * static_cast<double>(b) / count;  // beacons speak one after another
+        for (double k = std::ceil((from - turn) / interval); k * interval + turn < to; ++k) {
+            const double time = k * interval + turn;
+            const Eigen::Vector3d ear = map_from_robot(robot_pose(scenario.robots[robot], time)) * receiver->position;
+            const Eigen::Vector3d& beacon = scenario.site.beacons[b].position;
+            Random random(mix64(seed ^ mix64(robot * 1000 + b)) + static_cast<std::uint64_t>(k));
+            const auto message = hear(scenario.ranges, (beacon - ear).norm(), random);
+            if (!message || wall_between(scenario.site.walls, beacon.head<2>(), ear.head<2>())) continue;
+            const double speed = 331.3 * std::sqrt(1 + scenario.site.temperature / 273.15);
+            ranges.push_back({from_seconds(time), static_cast<int>(robot), static_cast<int>(b), message->flight_time * speed, receiver->sigma});
+        }
+    }
+    std::stable_sort(ranges.begin(), ranges.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    return ranges;
+}
+
 double light_at(double time, std::uint64_t seed) {
     Random random(seed ^ 0x11687);
     double light = 1;

@@ -7,6 +7,7 @@
 
 #include "roomfix/base/random.hpp"
 #include "roomfix/base/result.hpp"
+#include "roomfix/observation/range_observation.hpp"
 #include "roomfix/overhead/li2014.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
 #include "roomfix/simulate/ceiling_scene.hpp"
@@ -84,6 +85,12 @@ const std::vector<Kim2011Position>& kim2011_positions();
 /// A lamp somewhere over the robot: a lit tube of 0.6 to 1.5 m, anywhere or right along the edge of the landmark's panel.
 CeilingPatch random_tube(const Eigen::Vector2d& around, double spread, Random& random);
 CeilingPatch tube_at_panel(const SiteLandmark& landmark, const LandmarkLook& look, Random& random);
+
+/// What a robot's receiver hears between two times (s): each beacon `range_rate` times a second, unless a wall stands between.
+std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t robot, double from, double to, std::uint64_t seed);
+
+/// Straight up, `height` above the robot's centre; the picture's top is the robot's front.
+Eigen::Isometry3d looking_up(double height);
 
 /// Where a robot of the scenario is at a time (s).
 Pose2 robot_pose(const ScenarioRobot& robot, double time);

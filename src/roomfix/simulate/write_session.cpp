@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -27,6 +28,23 @@ Result<void> write_frame(const fs::path& folder, Nanoseconds time, const LumaIma
     return save_luma(file, frame);
 }
 
+/// ranges.csv, if a robot has a receiver.
+Result<void> write_ranges(const Scenario& scenario, const fs::path& folder, double duration, std::uint64_t seed) {
+    std::vector<RangeObservation> ranges;
+    for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+        const auto heard = heard_ranges(scenario, r, 0, duration, seed);
+        ranges.insert(ranges.end(), heard.begin(), heard.end());
+    }
+    if (ranges.empty()) return {};
+    std::stable_sort(ranges.begin(), ranges.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    std::string text = "time,robot,beacon,range,sigma\n";
+    for (const RangeObservation& r : ranges) {
+        text += fmt::format("{},{},{},{},{}\n", seconds_text(r.time), scenario.robots[static_cast<std::size_t>(r.robot)].robot.id,
+                            scenario.site.beacons[static_cast<std::size_t>(r.beacon)].id, number_text(std::round(r.range * 1e5) / 1e5), number_text(r.sigma));
+    }
+    return write_text(folder / "ranges.csv", text);
+}
+
 }  // namespace
 
 Result<void> write_session(const Scenario& scenario, const fs::path& folder, const SessionOptions& options, const std::function<void(double)>& progress) {
@@ -37,6 +55,10 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     for (const ScenarioCamera& camera : scenario.cameras) {
         fs::create_directories(folder / "frames" / camera.id, failure);
         fs::create_directories(folder / "background" / camera.id, failure);
+        if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
+    }
+    for (const ScenarioUpCamera& camera : scenario.up_cameras) {
+        fs::create_directories(folder / "frames" / camera.id, failure);
         if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
     }
     if (auto written = write_text(folder / "site.yaml", site_text(scenario.site)); !written) return written;
@@ -54,7 +76,9 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     }
     if (auto written = write_text(folder / "truth.csv", truth); !written) return written;
 
-    const double total = static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames);
+    if (auto written = write_ranges(scenario, folder, duration, options.seed); !written) return written;
+
+    const double total = static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) + static_cast<double>(scenario.up_cameras.size()) * frames;
     double done = 0;
     LumaImage frame;
     for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {
@@ -73,6 +97,17 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
                 solids.insert(solids.end(), parts.begin(), parts.end());
             }
             renderer.render(solids, light_at(time, options.seed + c), static_cast<std::uint64_t>(i), frame);
+            if (auto written = write_frame(folder / "frames" / camera.id, from_seconds(time), frame, options.png); !written) return written;
+            if (progress) progress(done / total);
+        }
+    }
+    for (std::size_t c = 0; c < scenario.up_cameras.size(); ++c) {
+        const ScenarioUpCamera& camera = scenario.up_cameras[c];
+        CeilingRenderer renderer(camera.truth.model, camera.sensor, camera.glare, options.seed * 37 + c);
+        for (int i = 0; i < frames; ++i, ++done) {
+            const double time = i / scenario.frame_rate;
+            const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
+            renderer.render(scenario.ceiling, map_from_camera, light_at(time, options.seed + 50 + c), static_cast<std::uint64_t>(i), frame);
             if (auto written = write_frame(folder / "frames" / camera.id, from_seconds(time), frame, options.png); !written) return written;
             if (progress) progress(done / total);
         }

@@ -1,0 +1,26 @@
+// A robot's pose as one source sees it at one time: what the smoother takes.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "roomfix/geometry/pose.hpp"
+#include "roomfix/observation/silhouette_observation.hpp"
+
+namespace roomfix {
+
+struct PoseObservation {
+    int robot = 0;  // index in the site's robots
+    Pose2 pose;     // map
+    bool yaw_known = true;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad
+    int like_turns = 1;                                        // so many turns in a circle look the same: 2 for a box, 4 for a square one
+};
+
+inline std::vector<PoseObservation> poses_of(const std::vector<SilhouetteObservation>& silhouettes) {
+    std::vector<PoseObservation> poses;
+    for (const auto& o : silhouettes) poses.push_back({o.robot, o.pose, o.yaw_known, o.covariance, static_cast<int>(o.hypotheses.size())});
+    return poses;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,23 @@
+// A fixed camera sees the AprilTag on a robot's top.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "roomfix/geometry/view.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+struct RobotTagFit {
+    Pose2 pose;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad; with the camera's calibration in it
+    double pixel_rms = 0;                                      // px, per coordinate
+};
+
+/// The pose of a robot on the floor whose tag's corners (order of own_points()) are seen at `corners` (px), each coordinate with noise
+/// `sigma` (px). Nothing if no pose on the floor explains them within `largest_rms` px.
+std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robot, const std::array<Eigen::Vector2d, 4>& corners, double sigma,
+                                         double largest_rms = 2);
+
+}  // namespace roomfix

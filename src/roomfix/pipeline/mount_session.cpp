@@ -1,0 +1,40 @@
+#include "roomfix/pipeline/mount_session.hpp"
+
+#include <fmt/format.h>
+
+#include "roomfix/ceiling/ceiling_observer.hpp"
+#include "roomfix/ceiling/robot_locator.hpp"
+#include "roomfix/connect/frame_source.hpp"
+#include "roomfix/pipeline/onboard_locator.hpp"
+
+namespace roomfix {
+
+Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera& camera, const std::string& source, const MountSettings& settings,
+                                              const std::function<void(double)>& progress) {
+    SiteCamera free = camera;  // its mount may be far off: landmarks are taken as they come
+    if (auto* mount = std::get_if<Mount>(&free.placement)) mount->has_covariance = false;
+    auto locator = OnboardLocator::for_camera(site, free);
+    if (!locator) return locator.error();
+    auto frames = open_source(source);
+    if (!frames) return frames.error();
+    if ((*frames)->live()) return Error{fmt::format("{}: a mount is calibrated from a recording: record the turn first", source)};
+    std::vector<MountFrame> seen;
+    OnboardResult result;
+    SourceFrame frame;
+    for (double number = 1;; ++number) {
+        const auto more = (*frames)->next(frame);
+        if (!more) continue;  // a damaged picture costs itself only
+        if (!*more) break;
+        if (frame.image.width() != camera.model.width || frame.image.height() != camera.model.height) {
+            return Error{fmt::format("{}: the frame is {} x {} pixels, camera {} has {} x {}: record it with the same settings", frame.name, frame.image.width(),
+                                     frame.image.height(), camera.id, camera.model.width, camera.model.height)};
+        }
+        const LumaView view = frame.image;
+        (*locator)->locate(&view, {}, {}, -1, result);
+        if (!result.located.places.empty()) seen.push_back({(*locator)->seen_points(result), result.located.places[0].pose});
+        if (progress && (*frames)->count() > 0) progress(number / static_cast<double>((*frames)->count()));
+    }
+    return calibrate_mount({camera.model, std::get<Mount>(camera.placement).robot_from_camera}, std::move(seen), settings);
+}
+
+}  // namespace roomfix

@@ -1,0 +1,16 @@
+// A recorded turn on the spot, from frames to a mount.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "roomfix/calibrate/mount.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// Looks for landmarks in all frames of `source` (folder or video) and calibrates the camera's mount with them. `progress` gets 0..1.
+Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera& camera, const std::string& source, const MountSettings& settings,
+                                              const std::function<void(double)>& progress = {});
+
+}  // namespace roomfix
