@@ -79,5 +79,32 @@ TEST(Smoother, OneWrongSightingDoesNotMakeTheOnlyRobotJump) {
     EXPECT_NEAR(fixes[0].pose.x, 5, 0.05);
 }
 
+TEST(Smoother, AGoodPlaceIsNotLeftForADoubtfulOne) {
+    Smoother smoother({{"r1", Box{0.54, 0.54, 0.45}}});
+    int jumps = 0;
+    for (int i = 0; i < 60; ++i) {
+        const Nanoseconds t = from_seconds(0.1 * i);
+        // Camera a sees it well but misses half a second; camera b takes a cart for it all the time.
+        std::vector<PoseObservation> a;
+        if (i < 30 || i > 35) a = {seen(1, 1, 0, 0.01, 4)};
+        smoother.add(t, "a", a);
+        smoother.add(t, "b", {seen(6, 1, 0, 0.10, 4)});
+        for (const Fix& fix : smoother.fixes(t)) jumps += fix.pose.x > 3;
+    }
+    EXPECT_EQ(jumps, 0);
+}
+
+TEST(Smoother, AFarSurerPlaceIsBelievedAtOnce) {
+    Smoother smoother({{"r1", Box{0.54, 0.54, 0.45}}});
+    for (int i = 0; i < 20; ++i) smoother.add(from_seconds(0.1 * i), "b", {seen(6, 1, 0, 0.20, 4)});
+    for (int i = 20; i < 24; ++i) {
+        smoother.add(from_seconds(0.1 * i), "b", {seen(6, 1, 0, 0.20, 4)});
+        smoother.add(from_seconds(0.1 * i), "up", {seen(1, 1, 0, 0.001, 1)});
+    }
+    const auto fixes = smoother.fixes(from_seconds(2.3));
+    ASSERT_EQ(fixes.size(), 1U);
+    EXPECT_NEAR(fixes[0].pose.x, 1, 0.05);
+}
+
 }  // namespace
 }  // namespace roomfix

@@ -69,6 +69,7 @@ void Smoother::update(Track& track, Nanoseconds time, const std::string& camera,
         track.yaw_known = true;
     }
     track.seen = time;
+    track.spread = track.covariance.topLeftCorner<2, 2>().trace();
     ++track.sightings;
     std::erase_if(track.sources, [&](const auto& s) { return s.first == camera; });
     track.sources.emplace_back(camera, time);
@@ -148,6 +149,13 @@ void Smoother::drop_doubles() {
 /// How long a track is believed without being seen, s.
 double Smoother::patience(const Track& track) const { return std::min(settings_.coast, to_seconds(track.seen - track.born)); }
 
+/// How long a robot must be unseen at its old place to be believed at a new one, s: not at all where the new one is far surer, and
+/// longer where it is far less sure.
+double Smoother::patience_with(const Track& old, const Track& fresh) const {
+    const double doubt = fresh.spread / old.spread;
+    return doubt < 0.1 ? 0 : doubt > 4 ? settings_.coast : settings_.ok;
+}
+
 /// Gives names to tracks that were seen often enough. A robot of which there is only one is believed at a new place when it
 /// is seen there again and no longer at the old one.
 void Smoother::confirm(Nanoseconds time) {
@@ -163,10 +171,10 @@ void Smoother::confirm(Nanoseconds time) {
         const auto old = std::find_if(tracks_.begin(), tracks_.end(), [&](const Track& other) { return other.name == robot.id; });
         if (old == tracks_.end()) {
             track.name = robot.id;
-        } else if (track.sightings >= settings_.confirmations && to_seconds(time - old->seen) > settings_.ok) {
+        } else if (track.sightings >= settings_.confirmations && to_seconds(time - old->seen) >= patience_with(*old, track)) {
             track.name = robot.id;
             old->name.clear();
-            old->seen = 0;  // dropped at the next frame
+            old->sightings = 0;  // it must be seen anew to be believed again
         }
     }
 }
