@@ -30,7 +30,8 @@ double radial_slope(const CameraModel& model, double s) {
     return 1 + s * (3 * model.distortion[0] + s * (5 * model.distortion[1] + s * 7 * model.distortion[4]));
 }
 
-/// The undistorted radius for a distorted one, on the rising branch; nothing above its top.
+/// The undistorted radius for a distorted one, on the rising branch, to about 1e-8: the caller's Newton steps do the rest. Nothing
+/// above its top.
 std::optional<double> invert_radius(const CameraModel& model, double distorted) {
     double low = 0;
     double high = std::sqrt(std::min(model.max_radius_squared, 1e8));
@@ -42,7 +43,7 @@ std::optional<double> invert_radius(const CameraModel& model, double distorted) 
         const double slope = radial_slope(model, r * r);
         double next = slope > 1e-12 ? r - excess / slope : low;
         if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (std::abs(next - r) <= 1e-15 * (1 + r)) return next;
+        if (std::abs(next - r) <= 1e-8 * (1 + r)) return next;
         r = next;
     }
     return r;

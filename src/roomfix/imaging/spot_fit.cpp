@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "roomfix/imaging/spot_sums.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -25,6 +27,9 @@ struct Window {
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // px: only pixels around here count ...
     double reach_squared = 1e9;                        // ... within this distance
     const SpotPrior* prior = nullptr;
+
+    double centre_x() const { return left + 0.5 * (size - 1); }
+    double centre_y() const { return top + 0.5 * (size - 1); }
 };
 
 /// The camera's response curve both ways, as tables: light 1 is grey level 255.
@@ -58,76 +63,91 @@ struct Linearised {
     Matrix normal = Matrix::Zero();
     Vector gradient = Vector::Zero();
     double cost = 0;  // robust
-    // Squared residuals in standard deviations, each as important as its pixel is for the centre (a camera's noise differs between
-    // dark and bright pixels from what was assumed, and the flanks decide), and what they should add up to. Only with a covariance.
-    double chi_squared = 0;
-    double importance = 0;
 };
 
-/// Beyond 3 standard deviations a residual counts linearly (Huber).
-constexpr double huber = 3;
+constexpr float huber = 3;  // standard deviations beyond which a residual counts linearly
 
-Linearised linearise(const Window& window, const Vector& p, const Response& response, const SpotFitSettings& s, const Matrix* covariance = nullptr) {
+SpotModel model_of(const Window& window, const Vector& p, const SpotFitSettings& s) {
+    const auto f = [](double value) { return static_cast<float>(value); };
+    return {f(p[0] - window.centre_x()), f(p[1] - window.centre_y()), f(std::exp(p[2])), f(p[3]), f(p[4]), f(p[5]), f(p[6]), f(s.gamma),
+            f(s.read_noise * s.read_noise + 1.0 / 12), f(s.shot_noise), f(s.saturated), huber};
+}
+
+Linearised linearise(const Window& window, const SpotPixels& pixels, const Vector& p, const SpotFitSettings& s) {
+    SpotSums sums;
+    simd::spot_sums(pixels, model_of(window, p, s), sums);
     Linearised l;
-    const double steepness = p[3];
-    const double amplitude = std::exp(p[2]);
-    std::array<double, 2 * largest_radius + 1> dx, ex;
-    for (int i = 0; i < window.size; ++i) {
-        const auto k = static_cast<std::size_t>(i);
-        dx[k] = window.left + i - p[0];
-        ex[k] = std::exp(-steepness * dx[k] * dx[k]);
+    std::size_t k = 0;
+    for (int a = 0; a < unknowns; ++a) {
+        for (int b = 0; b <= a; ++b) l.normal(a, b) = l.normal(b, a) = static_cast<double>(sums.normal[k++]);
+        l.gradient[a] = static_cast<double>(sums.gradient[static_cast<std::size_t>(a)]);
     }
-    const double middle = 0.5 * (window.size - 1);
+    l.cost = static_cast<double>(sums.cost);
+    if (!window.prior) return l;
+    const auto expect = [&](int i, double value, double sigma) {
+        const double off = value - p[i];
+        l.normal(i, i) += 1 / (sigma * sigma);
+        l.gradient[i] += off / (sigma * sigma);
+        l.cost += off * off / (sigma * sigma);
+    };
+    expect(2, std::log(window.prior->amplitude), window.prior->amplitude_sigma);
+    expect(3, steepness_of(window.prior->width), 2 * window.prior->width_sigma * steepness_of(window.prior->width));
+    return l;
+}
+
+/// Variance of the residuals about what is expected of a camera, each as important as its pixel is for the centre: a camera's noise
+/// differs between dark and bright pixels from what was assumed, and the flanks decide. What the fit itself took away is put back.
+std::optional<double> residual_noise(const Window& window, const SpotPixels& pixels, const Vector& p, const Matrix& covariance, const Response& response,
+                                     const SpotFitSettings& s) {
+    const SpotModel m = model_of(window, p, s);
     const double read = s.read_noise * s.read_noise + 1.0 / 12;
+    double squares = 0;
+    double expected = 0;
+    for (int i = 0; i < pixels.count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const double x = static_cast<double>(pixels.x[k]);
+        const double y = static_cast<double>(pixels.y[k]);
+        const double dx = x - static_cast<double>(m.u);
+        const double dy = y - static_cast<double>(m.v);
+        const double square = dx * dx + dy * dy;
+        const double light = std::exp(p[2] - p[3] * square);
+        double by_light;
+        const double model = response.grey(p[4] + p[5] * x + p[6] * y + light, by_light);
+        const double seen = static_cast<double>(pixels.grey[k]);
+        if (pixels.weight[k] == 0 || (seen >= s.saturated && model >= s.saturated)) continue;
+        const double residual = std::min<double>(seen, s.saturated) - model;
+        const double variance = read + s.shot_noise * model;
+        const double z = std::abs(residual) / std::sqrt(variance);
+        const double weight = (z > static_cast<double>(huber) ? static_cast<double>(huber) / z : 1) / variance;
+        const double slope = 2 * by_light * light * p[3];
+        const Vector d = (Vector() << slope * dx, slope * dy, by_light * light, -by_light * light * square, by_light, by_light * x, by_light * y).finished();
+        const double importance = weight * (d[0] * d[0] + d[1] * d[1]);
+        squares += importance * weight * residual * residual;
+        expected += importance * (1 - weight * d.dot(covariance * d));
+    }
+    if (!(expected > 0)) return std::nullopt;
+    return squares / expected;
+}
+
+/// The window's pixels within the reach of its middle.
+void gather(const Window& window, SpotPixels& pixels) {
+    int count = 0;
+    const auto add = [&](double x, double y, float grey, float weight) {
+        const auto k = static_cast<std::size_t>(count++);
+        pixels.x[k] = static_cast<float>(x);
+        pixels.y[k] = static_cast<float>(y);
+        pixels.grey[k] = grey;
+        pixels.weight[k] = weight;
+    };
     for (int j = 0; j < window.size; ++j) {
-        const double dy = window.top + j - p[1];
-        const double ey = amplitude * std::exp(-steepness * dy * dy);
-        const std::uint8_t* row = window.pixels + j * window.stride;
-        const double above = window.top + j - window.middle.y();
         for (int i = 0; i < window.size; ++i) {
-            const double beside = window.left + i - window.middle.x();
-            if (above * above + beside * beside > window.reach_squared) continue;
-            const auto k = static_cast<std::size_t>(i);
-            const double light = ex[k] * ey;
-            const double model_light = p[4] + p[5] * (i - middle) + p[6] * (j - middle) + light;
-            const bool saturated = row[i] >= s.saturated;
-            double by_light;
-            const double model = response.grey(model_light, by_light);
-            if (saturated && model >= s.saturated) continue;
-            const double residual = (saturated ? s.saturated : row[i]) - model;
-            const double variance = read + s.shot_noise * model;
-            const double z = std::abs(residual) / std::sqrt(variance);
-            const double weight = (z > huber ? huber / z : 1) / variance;
-            const double slope = 2 * by_light * light * steepness;
-            const std::array<double, unknowns> d = {slope * dx[k], slope * dy, by_light * light, -by_light * light * (dx[k] * dx[k] + dy * dy), by_light,
-                                                    by_light * (i - middle), by_light * (j - middle)};
-            for (int a = 0; a < unknowns; ++a) {
-                const double scaled = weight * d[static_cast<std::size_t>(a)];
-                l.gradient[a] += scaled * residual;
-                for (int b = 0; b <= a; ++b) l.normal(a, b) += scaled * d[static_cast<std::size_t>(b)];
-            }
-            l.cost += z > huber ? huber * (2 * z - huber) : z * z;
-            if (!covariance) continue;
-            const Eigen::Map<const Vector> derivative(d.data());
-            const double leverage = weight * derivative.dot(*covariance * derivative);
-            const double importance = weight * (d[0] * d[0] + d[1] * d[1]);
-            l.chi_squared += importance * weight * residual * residual;
-            l.importance += importance * (1 - leverage);
+            const Eigen::Vector2d place(window.left + i, window.top + j);
+            if ((place - window.middle).squaredNorm() > window.reach_squared) continue;
+            add(place.x() - window.centre_x(), place.y() - window.centre_y(), window.pixels[j * window.stride + i], 1);
         }
     }
-    if (window.prior) {
-        const SpotPrior& prior = *window.prior;
-        const auto expect = [&](int i, double value, double sigma) {
-            const double off = value - p[i];
-            l.normal(i, i) += 1 / (sigma * sigma);
-            l.gradient[i] += off / (sigma * sigma);
-            l.cost += off * off / (sigma * sigma);
-        };
-        expect(2, std::log(prior.amplitude), prior.amplitude_sigma);
-        expect(3, steepness_of(prior.width), 2 * prior.width_sigma * steepness_of(prior.width));
-    }
-    l.normal.triangularView<Eigen::StrictlyUpper>() = l.normal.transpose();
-    return l;
+    while (count % 16 != 0) add(0, 0, 0, 0);
+    pixels.count = count;
 }
 
 /// Mean of the window's rim without its brightest quarter: neighbouring lamps are not ground.
@@ -154,8 +174,9 @@ const Response& response_of(double gamma) {
 }
 
 /// Levenberg-Marquardt on the window; `p` is moved to the optimum.
-std::optional<Linearised> converge(const Window& window, Vector& p, const Response& response, const SpotFitSettings& settings) {
-    Linearised at = linearise(window, p, response, settings);
+std::optional<Linearised> converge(const Window& window, Vector& p, SpotPixels& pixels, const SpotFitSettings& settings) {
+    gather(window, pixels);
+    Linearised at = linearise(window, pixels, p, settings);
     double damping = 1e-3;
     for (int round = 0; round < settings.rounds; ++round) {
         Matrix normal = at.normal;
@@ -171,17 +192,18 @@ std::optional<Linearised> converge(const Window& window, Vector& p, const Respon
         next[4] = std::max(next[4], 0.3 * p[4]);
         const double steepest = 0.6 * next[4] / settings.radius;
         for (int i = 5; i < unknowns; ++i) next[i] = std::clamp(next[i], -steepest, steepest);
-        const Linearised moved = linearise(window, next, response, settings);
+        const Linearised moved = linearise(window, pixels, next, settings);
+        // A step that no longer changes anything, up or down, ends it.
+        const bool settled = std::abs(at.cost - moved.cost) < 1e-2 && step.head<2>().norm() < 5e-4;
         // Saturated pixels leave the sum when the model exceeds them, so costs are comparable.
         if (moved.cost <= at.cost * (1 + 1e-9) + 1e-9) {
-            const double gain = at.cost - moved.cost;
             p = next;
             at = moved;
-            damping *= 0.2;
-            if (gain < 1e-3 && step.head<2>().norm() < 1e-3) break;
+            damping *= 0.1;
         } else {
             damping *= 10;
         }
+        if (settled) break;
     }
     return at;
 }
@@ -249,10 +271,11 @@ std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, co
     const double reach = std::max(settings.reach * (prior ? prior->width : width), 2.2);
     window->middle = start;
     window->reach_squared = reach * reach;
-    auto at = converge(*window, p, response, settings);
+    SpotPixels pixels;
+    auto at = converge(*window, p, pixels, settings);
     if (!at) return std::nullopt;
     window->middle = p.head<2>();
-    at = converge(*window, p, response, settings);
+    at = converge(*window, p, pixels, settings);
     if (!at) return std::nullopt;
 
     SpotFit fit;
@@ -264,14 +287,14 @@ std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, co
     if (factor.info() != Eigen::Success) return std::nullopt;
     const Matrix covariance = factor.solve(Matrix::Identity());
     fit.covariance = covariance.topLeftCorner<2, 2>();
-    const Linearised final = linearise(*window, p, response, settings, &covariance);
+    const auto noise = residual_noise(*window, pixels, p, covariance, response, settings);
+    if (!noise) return std::nullopt;
+    fit.noise = *noise;
     fit.amplitude = std::exp(p[2]);
     fit.width = std::sqrt(0.5 / p[3]);
     fit.ground = ground;
     double slope;
     fit.peak = response.grey(std::min(p[4] + fit.amplitude, 1.0), slope);
-    if (!(final.importance > 0)) return std::nullopt;
-    fit.noise = final.chi_squared / final.importance;
     return fit;
 }
 
