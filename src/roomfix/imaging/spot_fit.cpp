@@ -14,6 +14,7 @@ namespace {
 // fourth, so that wings without their saturated middle converge, too.
 constexpr int unknowns = 7;
 constexpr int largest_radius = 7;
+constexpr double off_centre = 0.05;  // px: a window this far beside the spot pulls at it
 using Vector = Eigen::Matrix<double, unknowns, 1>;
 using Matrix = Eigen::Matrix<double, unknowns, unknowns>;
 
@@ -173,6 +174,31 @@ const Response& response_of(double gamma) {
     return response;
 }
 
+/// normal x = right by Cholesky, unrolled: Eigen's loops for seven unknowns take several times as long. False if it is not positive.
+bool solve(Matrix normal, Vector right, Vector& x) {
+    for (int j = 0; j < unknowns; ++j) {
+        double pivot = normal(j, j);
+        for (int k = 0; k < j; ++k) pivot -= normal(j, k) * normal(j, k);
+        if (!(pivot > 0)) return false;
+        const double inverse = 1 / std::sqrt(pivot);
+        normal(j, j) = inverse;
+        double sum = right[j];
+        for (int k = 0; k < j; ++k) sum -= normal(j, k) * right[k];
+        right[j] = sum * inverse;
+        for (int i = j + 1; i < unknowns; ++i) {
+            double value = normal(i, j);
+            for (int k = 0; k < j; ++k) value -= normal(i, k) * normal(j, k);
+            normal(i, j) = value * inverse;
+        }
+    }
+    for (int j = unknowns - 1; j >= 0; --j) {
+        double sum = right[j];
+        for (int i = j + 1; i < unknowns; ++i) sum -= normal(i, j) * x[i];
+        x[j] = sum * normal(j, j);
+    }
+    return x.allFinite();
+}
+
 /// Levenberg-Marquardt on the window; `p` is moved to the optimum.
 std::optional<Linearised> converge(const Window& window, Vector& p, SpotPixels& pixels, const SpotFitSettings& settings) {
     gather(window, pixels);
@@ -182,8 +208,8 @@ std::optional<Linearised> converge(const Window& window, Vector& p, SpotPixels& 
         Matrix normal = at.normal;
         normal.diagonal() *= 1 + damping;
         normal.diagonal() += 1e-12 * at.normal.diagonal().maxCoeff() * Vector::Ones();
-        const Vector step = normal.ldlt().solve(at.gradient);
-        if (!step.allFinite()) return std::nullopt;
+        Vector step;
+        if (!solve(normal, at.gradient, step)) return std::nullopt;
         Vector next = p + step;
         next[3] = std::clamp(next[3], 0.4 * p[3], 2.5 * p[3]);
         next[3] = std::clamp(next[3], steepness_of(settings.radius), steepness_of(0.3));
@@ -194,7 +220,7 @@ std::optional<Linearised> converge(const Window& window, Vector& p, SpotPixels& 
         for (int i = 5; i < unknowns; ++i) next[i] = std::clamp(next[i], -steepest, steepest);
         const Linearised moved = linearise(window, pixels, next, settings);
         // A step that no longer changes anything, up or down, ends it.
-        const bool settled = std::abs(at.cost - moved.cost) < 1e-2 && step.head<2>().norm() < 5e-4;
+        const bool settled = std::abs(at.cost - moved.cost) < 0.1 && step.head<2>().norm() < 2e-3;
         // Saturated pixels leave the sum when the model exceeds them, so costs are comparable.
         if (moved.cost <= at.cost * (1 + 1e-9) + 1e-9) {
             p = next;
@@ -274,9 +300,11 @@ std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, co
     SpotPixels pixels;
     auto at = converge(*window, p, pixels, settings);
     if (!at) return std::nullopt;
-    window->middle = p.head<2>();
-    at = converge(*window, p, pixels, settings);
-    if (!at) return std::nullopt;
+    if ((p.head<2>() - window->middle).norm() > off_centre) {
+        window->middle = p.head<2>();
+        at = converge(*window, p, pixels, settings);
+        if (!at) return std::nullopt;
+    }
 
     SpotFit fit;
     fit.centre = p.head<2>();
