@@ -78,7 +78,8 @@ void copy_frame(benchmark::State& state) {
     Room& r = room(static_cast<int>(state.range(0)));
     std::size_t i = 0;
     for (auto _ : state) {
-        std::memcpy(r.target.row(0), r.frames[i++ % r.frames.size()].row(0), static_cast<std::size_t>(r.target.view().stride) * static_cast<std::size_t>(r.target.height()));
+        std::memcpy(r.target.row(0), r.frames[i++ % r.frames.size()].row(0),
+                    static_cast<std::size_t>(r.target.view().stride) * static_cast<std::size_t>(r.target.height()));
         benchmark::ClobberMemory();
     }
 }

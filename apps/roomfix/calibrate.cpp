@@ -63,12 +63,15 @@ int calibrate_mount_command(const MountArguments& arguments) {
 void add_calibrate(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("calibrate", "measures what a site file should say");
     command->require_subcommand(1);
-    auto* mount = command->add_subcommand("mount", "a camera's tilt and place on its robot, from pictures taken while the robot turns on the spot below a landmark");
+    auto* mount =
+        command->add_subcommand("mount", "a camera's tilt and place on its robot, from pictures taken while the robot turns on the spot below a landmark");
     auto arguments = std::make_shared<MountArguments>();
     mount->add_option("SITE", arguments->site, "site file")->required();
     mount->add_option("--camera", arguments->camera, "camera with a 'mount'")->required();
     mount->add_option("--frames", arguments->frames, "folder or video of the turn (default: the camera's source)");
-    mount->add_option("--position-sigma", arguments->position_sigma_mm, "mm: how well its place on the robot was measured")->capture_default_str()->check(CLI::Range(0.01, 1000.0));
+    mount->add_option("--position-sigma", arguments->position_sigma_mm, "mm: how well its place on the robot was measured")
+        ->capture_default_str()
+        ->check(CLI::Range(0.01, 1000.0));
     mount->add_flag("--write", arguments->write, "write the result into the site file; the old file is kept with its date");
     mount->footer("Example: roomfix simulate kim2011-spin -o /tmp/spin && roomfix calibrate mount /tmp/spin/site.yaml --camera up");
     mount->callback([=, &exit_code] { exit_code = calibrate_mount_command(*arguments); });

@@ -172,7 +172,8 @@ Result<Shot> prepare_fixed(const Site& site, const SiteCamera& camera, const Arg
 /// A camera on a robot: landmarks, and the ranges of the moment.
 class OnboardShot {
 public:
-    OnboardShot(const Site& site, const SiteCamera& camera, std::unique_ptr<OnboardLocator> locator) : site_(site), camera_(camera), locator_(std::move(locator)) {}
+    OnboardShot(const Site& site, const SiteCamera& camera, std::unique_ptr<OnboardLocator> locator)
+        : site_(site), camera_(camera), locator_(std::move(locator)) {}
 
     Result<void> use_landmark(const std::string& id) {
         for (std::size_t i = 0; i < site_.landmarks.size(); ++i) {
@@ -356,7 +357,9 @@ void add_fix(CLI::App& app, int& exit_code) {
     command->add_option("--ranges", arguments->ranges, "camera on a robot: ranges heard by the same robot, CSV, JSON lines or a Cricket listener's log");
     command->add_option("--landmark", arguments->landmark, "camera on a robot: which landmark is in view, where you know it");
     command->add_option("--overlay", arguments->overlay, "folder for pictures with the found robots drawn in");
-    command->footer("Example: roomfix simulate kim2011 -o /tmp/kim --duration 1 && roomfix fix /tmp/kim/site.yaml --camera up --ranges /tmp/kim/ranges.csv /tmp/kim/frames/up/*.jpg");
+    command->footer(
+        "Example: roomfix simulate kim2011 -o /tmp/kim --duration 1 && roomfix fix /tmp/kim/site.yaml --camera up --ranges /tmp/kim/ranges.csv "
+        "/tmp/kim/frames/up/*.jpg");
     command->callback([=, &exit_code] { exit_code = fix_images(*arguments); });
 }
 

@@ -58,7 +58,9 @@ void add_reproduce(CLI::App& app, int& exit_code) {
     command->add_option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
-    command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")->capture_default_str()->check(CLI::Range(1, 10000));
+    command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 10000));
     command->add_option("--hidden", arguments->li2014.hidden, "li2014: part of the robot hidden behind something, 0..0.8")->check(CLI::Range(0.0, 0.8));
     command->add_option("--light", arguments->li2014.light, "li2014: light against the background's, such as 0.85")->check(CLI::Range(0.2, 3.0));
     command->add_flag("--scatter", arguments->li2014.scatter, "li2014: places around the test points instead of on them");

@@ -4,8 +4,10 @@
 #include <limits>
 #include <numbers>
 
+#include "roomfix/evaluate/ceiling_robustness.hpp"
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/detections.hpp"
+#include "roomfix/evaluate/kim2011_experiment.hpp"
 #include "roomfix/evaluate/li2014_experiment.hpp"
 
 namespace roomfix {
@@ -66,6 +68,42 @@ TEST(Li2014, OursIsAnOrderOfMagnitudeBetterAndSaysHowGoodItIs) {
     EXPECT_GT(median, 0.8);
     EXPECT_LT(median, 4.5);
     EXPECT_NE(li2014_table(*report).find("as published"), std::string::npos);
+}
+
+// Smaller versions of `./dev bench`, with seeds of their own.
+TEST(Kim2011, OursIsNearTheBoundAndSaysHowGoodItIs) {
+    const auto report = run_kim2011({.seed = 501, .seeds = 2, .samples = 20});
+    ASSERT_TRUE(report) << report.error().message;
+    EXPECT_EQ(report->lost(), 0);
+    EXPECT_LT(report->ours_rmse(), 0.0010) << "m";
+    EXPECT_LT(degrees(report->yaw_rms()), 0.10);
+    EXPECT_LT(report->ours_rmse(), 1.4 * report->bound_rmse());
+    // 240 fixes of three unknowns: 3 +- 0.63 has a false-alarm rate of 1e-4.
+    EXPECT_NEAR(report->mean_nees(), 3, 0.63);
+    EXPECT_GT(report->published_rmse(), 20 * report->ours_rmse());
+    EXPECT_LT(report->published_rmse(), 0.10) << "the published method is the baseline, not a straw man";
+    EXPECT_GT(report->trilateration_rmse(), 0.01);
+    EXPECT_LT(report->trilateration_rmse(), 0.10);
+    const std::string table = kim2011_table(*report);
+    EXPECT_NE(table.find("mean 2.158, root mean square 2.271 (printed 2.366)"), std::string::npos) << "the paper's headline figure, recomputed";
+}
+
+TEST(Kim2011, ATiltedMountIsCalibratedAndLateRangesDoNotMatter) {
+    const auto tilted = run_kim2011({.seed = 511, .seeds = 2, .samples = 8, .tilt = radians(0.5), .baselines = false});
+    ASSERT_TRUE(tilted) << tilted.error().message;
+    EXPECT_EQ(tilted->lost(), 0);
+    EXPECT_LT(tilted->ours_rmse(), 0.002) << "m; an uncalibrated tilt of half a degree would be 2.4 cm";
+    const auto straight = run_kim2011({.seed = 521, .seeds = 1, .samples = 8, .baselines = false});
+    const auto late = run_kim2011({.seed = 521, .seeds = 1, .samples = 8, .late = 0.3, .baselines = false});
+    ASSERT_TRUE(straight && late);
+    EXPECT_NEAR(late->ours_rmse() / straight->ours_rmse(), 1, 0.1);
+}
+
+TEST(Kim2011, LampsNeitherHideALandmarkNorMakeOne) {
+    const CeilingRobustness with = run_with_lamps(150, 531);
+    EXPECT_GE(with.right, 147) << with.first_miss;
+    EXPECT_EQ(with.wrong, 0);
+    EXPECT_EQ(run_without_landmark(200, 532).wrong, 0);
 }
 
 }  // namespace

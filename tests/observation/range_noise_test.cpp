@@ -39,7 +39,8 @@ TEST(RangeNoise, SlopeIsTheDerivative) {
                 return (likelihood(e + 1e-6, sigma, model).log_density - likelihood(e - 1e-6, sigma, model).log_density) / 2e-6;
             };
             EXPECT_NEAR(range_likelihood(e, sigma, model).slope, numeric(range_likelihood), 1e-3 * (1 + std::abs(numeric(range_likelihood)))) << e;
-            EXPECT_NEAR(difference_likelihood(e, sigma, model).slope, numeric(difference_likelihood), 1e-3 * (1 + std::abs(numeric(difference_likelihood)))) << e;
+            EXPECT_NEAR(difference_likelihood(e, sigma, model).slope, numeric(difference_likelihood), 1e-3 * (1 + std::abs(numeric(difference_likelihood))))
+                << e;
             EXPECT_GE(range_likelihood(e, sigma, model).curvature, 0);
         }
     }

@@ -98,8 +98,12 @@ test('dark, and on a phone', async () => {
 
 test('the data behind the page', async () => {
   const site = await (await fetch(`${address}/api/site`)).json();
-  assert.deepEqual(site.cameras.map((c) => c.id), ['hall1', 'hall2', 'hall3']);
+  assert.deepEqual(site.cameras.map((c) => c.id), ['hall1', 'hall2', 'hall3', 'up']);
+  assert.equal(site.cameras[3].robot, 'r1');
+  assert.deepEqual(site.landmarks.map((l) => l.points.length), [3, 3, 3, 3, 3, 3]);
   const state = await (await fetch(`${address}/api/state`)).json();
+  assert.ok(state.ranges.every((r) => r.robot === 'r1' && r.radius >= 0 && site.beacons.some((b) => b.id === r.beacon)));
+  assert.ok(Array.isArray(state.cameras[3].seen.landmarks) && Array.isArray(state.cameras[3].seen.lamps));
   assert.ok(state.robots.every((r) => r.cov[0] > 0 && r.cov[2] > 0));
   assert.equal((await fetch(`${address}/api/cameras/nowhere.jpg`)).status, 404);
   const picture = await fetch(`${address}/api/cameras/hall1.jpg`);

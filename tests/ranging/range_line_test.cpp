@@ -40,11 +40,11 @@ TEST(CricketLine, TakesAnyOrderAndMissingFields) {
 
 TEST(CricketLine, RefusesWhatIsNotWhole) {
     for (const char* line : {
-             "VR=2.0,ID=01:25:61:61:0b:00:00:42,SP=ship,TM=2034",                                  // no distance
-             "VR=2.0,DB=55,DR=1676",                                                               // no beacon
-             "VR=2.0,ID=01:25:61:61:0b:00:42,DB=55",                                               // seven bytes
-             "VR=2.0,ID=01:25:61:61:0b:00:00:42,SP=shVR=2.0,ID=01:25:61:61:0b:00:00:42,DB=55",     // two lines in one
-             "VR=2.0,ID=01:25:61:61:0b:00:00:42,SP=ship,DB=55,DR=16",                              // cut off within DR
+             "VR=2.0,ID=01:25:61:61:0b:00:00:42,SP=ship,TM=2034",                               // no distance
+             "VR=2.0,DB=55,DR=1676",                                                            // no beacon
+             "VR=2.0,ID=01:25:61:61:0b:00:42,DB=55",                                            // seven bytes
+             "VR=2.0,ID=01:25:61:61:0b:00:00:42,SP=shVR=2.0,ID=01:25:61:61:0b:00:00:42,DB=55",  // two lines in one
+             "VR=2.0,ID=01:25:61:61:0b:00:00:42,SP=ship,DB=55,DR=16",                           // cut off within DR
              "SP=ship,DB=-3",
              "SP=ship,DB=0x20",
              "SP=ship,DB=1e999",
@@ -65,8 +65,9 @@ TEST(JsonLine, ReadsRangesAndDifferences) {
     const auto difference = parse_json_line(R"({"time": 1, "beacons": ["a", "b"], "difference": -0.5})");
     ASSERT_TRUE(difference);
     EXPECT_EQ(difference->far_beacon, "b");
-    for (const char* line : {R"({"time": 1, "beacon": "n1"})", R"({"time": 1, "range": 3})", R"({"beacon": 5, "range": 3})", R"({"beacons": ["a"], "difference": 1})",
-                             R"({"time": 1e300, "beacon": "n1", "range": 3})", "[1]", "{", R"({"beacon": "n1", "range": "3"})"}) {
+    for (const char* line :
+         {R"({"time": 1, "beacon": "n1"})", R"({"time": 1, "range": 3})", R"({"beacon": 5, "range": 3})", R"({"beacons": ["a"], "difference": 1})",
+          R"({"time": 1e300, "beacon": "n1", "range": 3})", "[1]", "{", R"({"beacon": "n1", "range": "3"})"}) {
         EXPECT_FALSE(parse_json_line(line)) << line;
     }
 }
@@ -114,15 +115,15 @@ TEST_F(Reader, ReadsCsvOfRangesAndOfDifferences) {
 TEST_F(Reader, ABadLineCostsItselfOnly) {
     const std::string good = "{\"time\": 1, \"beacon\": \"n1\", \"range\": 2.7}\n";
     for (const std::string& bad : {
-             std::string("{\"time\": 1, \"beacon\": \"n9\", \"range\": 2.7}"),     // unknown beacon
-             std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": -2.7}"),    // negative
-             std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": 0}"),       // zero
-             std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": 1e7}"),     // absurd
+             std::string("{\"time\": 1, \"beacon\": \"n9\", \"range\": 2.7}"),   // unknown beacon
+             std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": -2.7}"),  // negative
+             std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": 0}"),     // zero
+             std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": 1e7}"),   // absurd
              std::string("{\"time\": 1, \"robot\": \"r7\", \"beacon\": \"n1\", \"range\": 2.7}"),
              std::string("{\"time\": 1, \"beacon\": \"n1\", \"range\": 2.7, \"sigma\": -1}"),
-             std::string("VR=2.0,ID=01:25:61:"),                                   // truncated
-             std::string(5000, 'x'),                                               // oversized
-             std::string("\0\x01\xff=\x80", 5),                                    // garbled
+             std::string("VR=2.0,ID=01:25:61:"),  // truncated
+             std::string(5000, 'x'),              // oversized
+             std::string("\0\x01\xff=\x80", 5),   // garbled
          }) {
         const RangeBatch batch = read(good + bad + "\n" + good);
         EXPECT_EQ(batch.ranges.size(), 2U) << bad.substr(0, 60);

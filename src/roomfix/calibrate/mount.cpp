@@ -190,7 +190,8 @@ Result<MountCalibration> calibrate_mount(const CameraOnRobot& start, std::vector
     result.offset = (j * moved).norm();
     result.offset_sigma = std::sqrt((j * result.robot_from_camera.covariance * j.transpose()).trace() / 2);
     const Vector6d prior = prior_sigmas(settings);
-    const char* names[] = {"its place along the robot's x", "its place along the robot's y", "its height", "its tilt about x", "its tilt about y", "its turn about the vertical"};
+    const char* names[] = {"its place along the robot's x", "its place along the robot's y", "its height", "its tilt about x", "its tilt about y",
+                           "its turn about the vertical"};
     for (int i = 0; i < 6; ++i) {
         if (covariance(i, i) > 0.7 * prior[i] * prior[i]) result.not_observed.emplace_back(names[i]);
     }

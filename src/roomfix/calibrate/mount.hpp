@@ -16,23 +16,23 @@ struct MountFrame {
 };
 
 struct MountSettings {
-    double position_sigma = 0.005;   // m: how well the camera's place on the robot was measured, each coordinate
-    double tilt_sigma = 0.05;        // rad: how level the camera may be taken for before
-    double heading_sigma = 0.01;     // rad: how well its turn about the vertical was set
-    double point_sigma = 5e-5;       // m: how exactly each LED sits in its panel, and what its centroid is always off by (each coordinate)
-    double least_turn = 3.1;         // rad of headings that the frames must cover
+    double position_sigma = 0.005;  // m: how well the camera's place on the robot was measured, each coordinate
+    double tilt_sigma = 0.05;       // rad: how level the camera may be taken for before
+    double heading_sigma = 0.01;    // rad: how well its turn about the vertical was set
+    double point_sigma = 5e-5;      // m: how exactly each LED sits in its panel, and what its centroid is always off by (each coordinate)
+    double least_turn = 3.1;        // rad of headings that the frames must cover
     int least_frames = 8;
 };
 
 struct MountCalibration {
     UncertainPose3 robot_from_camera;
-    double tilt = 0;             // rad, between the optical axis and the robot's vertical
-    double tilt_sigma = 0;       // rad
-    double offset = 0;           // m, how far a level mount would have put fixes off at the landmark's height
-    double offset_sigma = 0;     // m
-    double pixel_rms = 0;        // px, per coordinate
-    double spot_sigma = 0;       // m: how well the robot turned on the spot
-    double turned = 0;           // rad covered by the headings
+    double tilt = 0;          // rad, between the optical axis and the robot's vertical
+    double tilt_sigma = 0;    // rad
+    double offset = 0;        // m, how far a level mount would have put fixes off at the landmark's height
+    double offset_sigma = 0;  // m
+    double pixel_rms = 0;     // px, per coordinate
+    double spot_sigma = 0;    // m: how well the robot turned on the spot
+    double turned = 0;        // rad covered by the headings
     int frames = 0;
     std::vector<std::string> not_observed;  // what this session cannot tell; the site file's value is kept, with its sigma
 };

@@ -192,7 +192,9 @@ bool CeilingObserver::dark_between(LumaView frame, const std::array<SpotFit, 3>&
 std::string CeilingObserver::reason_for_nothing(const CeilingResult& result) const {
     if (shapes_.empty()) return "the site has no landmark of LEDs above the camera";
     if (result.rejected.empty()) return "no small bright spot in the picture";
-    if (result.rejected.size() < 3) return fmt::format("{} bright spot{}, a landmark has three: is a LED dead or outside the picture?", result.rejected.size(), result.rejected.size() == 1 ? "" : "s");
+    if (result.rejected.size() < 3)
+        return fmt::format("{} bright spot{}, a landmark has three: is a LED dead or outside the picture?", result.rejected.size(),
+                           result.rejected.size() == 1 ? "" : "s");
     return fmt::format("{} bright spots, but no three at a landmark's distances: is a LED dead or outside the picture?", result.rejected.size());
 }
 

@@ -18,14 +18,14 @@ namespace roomfix {
 struct CeilingSettings {
     BrightSpotSettings bright;
     SpotFitSettings fit;
-    double unknown_tilt = 0.026;  // rad: how far a mount without a covariance may be off (1.5 deg)
-    int rough_radius = 2;         // px: window of the centroid before the fit
-    double rough_sigma = 0.35;    // px, of that centroid
-    double largest_misfit = 0.35; // px: rms of a landmark's points about the best pose (and what the tilt adds)
-    double least_contrast = 30;   // grey levels: the panel between two LEDs must be darker than both by this
-    double narrowest = 0.4;       // px, width of a spot
+    double unknown_tilt = 0.026;   // rad: how far a mount without a covariance may be off (1.5 deg)
+    int rough_radius = 2;          // px: window of the centroid before the fit
+    double rough_sigma = 0.35;     // px, of that centroid
+    double largest_misfit = 0.35;  // px: rms of a landmark's points about the best pose (and what the tilt adds)
+    double least_contrast = 30;    // grey levels: the panel between two LEDs must be darker than both by this
+    double narrowest = 0.4;        // px, width of a spot
     double widest = 2.6;
-    double least_noise = 0.1;     // of the spots' fits: variance of their residuals about what is expected of a camera
+    double least_noise = 0.1;  // of the spots' fits: variance of their residuals about what is expected of a camera
     double largest_noise = 60;
     double suspicious_noise = 3;  // a spot that fits worse, or differs from its fellows, is fitted again with what they tell
     double glare_reach = 2.8;     // widths: window of such a fit

@@ -113,11 +113,11 @@ std::optional<Kim2011Fix> Kim2011::locate(LumaView frame, std::optional<double> 
     if (!leds) return give_up("the published method found no right triangle among the bright areas");
     const Eigen::Vector2d& l1 = (*leds)[1];
     const Eigen::Vector2d& l3 = (*leds)[2];
-    const Eigen::Vector2d l_c = 0.5 * (l1 + l3);                                              // Kim (2)
-    const Eigen::Vector2d i_c(0.5 * (frame.width - 1), 0.5 * (frame.height - 1));             // "nearly matched" to the robot
-    double dist_c2s = (l_c - i_c).norm();                                                     // Kim (3)
-    const double angl_c2s = std::atan2(l_c.y() - i_c.y(), l_c.x() - i_c.x());                 // Kim (4)
-    const double s_land = std::hypot(triangle_.a, triangle_.b) / (l1 - l3).norm();            // Kim (5')
+    const Eigen::Vector2d l_c = 0.5 * (l1 + l3);                                    // Kim (2)
+    const Eigen::Vector2d i_c(0.5 * (frame.width - 1), 0.5 * (frame.height - 1));   // "nearly matched" to the robot
+    double dist_c2s = (l_c - i_c).norm();                                           // Kim (3)
+    const double angl_c2s = std::atan2(l_c.y() - i_c.y(), l_c.x() - i_c.x());       // Kim (4)
+    const double s_land = std::hypot(triangle_.a, triangle_.b) / (l1 - l3).norm();  // Kim (5')
 
     Kim2011Fix fix;
     fix.leds = *leds;
@@ -128,8 +128,8 @@ std::optional<Kim2011Fix> Kim2011::locate(LumaView frame, std::optional<double> 
         const bool at_edge = dist_c2s > settings_.edge * 0.5 * std::min(frame.width, frame.height);
         if (at_edge && std::abs(dist_c2s - from_range) > settings_.edge_threshold * dist_c2s) dist_c2s = 0.5 * (dist_c2s + from_range);
         // Kim (5) divides by dist_c2s, which is 0 right under the landmark: s_LAND there.
-        fix.used_range = dist_c2s > 0 && std::abs(r_k - s_land * dist_c2s) < settings_.rule;   // Kim (7)
-        if (fix.used_range) s = r_k / dist_c2s;                                                // Kim (5)
+        fix.used_range = dist_c2s > 0 && std::abs(r_k - s_land * dist_c2s) < settings_.rule;  // Kim (7)
+        if (fix.used_range) s = r_k / dist_c2s;                                               // Kim (5)
     }
     // Heading: the hypotenuse's slope on the robot against that in the map; the right angle told which end is which.
     const auto on_robot = [&](const Eigen::Vector2d& d) { return Eigen::Vector2d((robot_from_camera_ * Eigen::Vector3d(d.x(), d.y(), 0)).head<2>()); };

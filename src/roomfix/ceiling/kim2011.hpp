@@ -15,21 +15,21 @@
 namespace roomfix {
 
 struct Kim2011Settings {
-    int threshold = 150;        // grey level above which the binary picture is 255
-    int smallest = 2;           // px: smaller labelled areas are noise
-    int largest = 40;           // px: larger ones are lamps
-    int segment = 24;           // px: edge of the pieces that a lamp's area is split into, Fig. 12
-    int expansion = 6;          // px that the window around a lamp's piece is expanded by, Fig. 10
+    int threshold = 150;            // grey level above which the binary picture is 255
+    int smallest = 2;               // px: smaller labelled areas are noise
+    int largest = 40;               // px: larger ones are lamps
+    int segment = 24;               // px: edge of the pieces that a lamp's area is split into, Fig. 12
+    int expansion = 6;              // px that the window around a lamp's piece is expanded by, Fig. 10
     double shape_tolerance = 0.15;  // relative, of the triangle's side ratios
-    double longest = 60;        // px: three spots farther apart are no landmark
-    double rule = 0.10;         // m, Kim (7)
-    double edge = 0.7;          // of the half picture: farther out dist_c2s is interpolated ...
-    double edge_threshold = 0.05;  // ... if it differs from the range's by this part
+    double longest = 60;            // px: three spots farther apart are no landmark
+    double rule = 0.10;             // m, Kim (7)
+    double edge = 0.7;              // of the half picture: farther out dist_c2s is interpolated ...
+    double edge_threshold = 0.05;   // ... if it differs from the range's by this part
 };
 
 struct Kim2011Fix {
     Pose2 pose;
-    bool used_range = false;                  // s = s_TDOA, not s_LAND
+    bool used_range = false;              // s = s_TDOA, not s_LAND
     std::array<Eigen::Vector2d, 3> leds;  // px: right angle, the other end of leg a, of leg b
 };
 

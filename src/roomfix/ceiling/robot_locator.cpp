@@ -45,7 +45,8 @@ void RobotLocator::locate(std::span<const LandmarkObservation> landmarks, std::s
     }
     for (RobotPlace& place : result.places) place.weight /= sum;
     if (!result.places.empty()) return;
-    result.reason = landmarks.empty() && heard_.empty() ? "no landmark and no range" : "what was seen and heard does not fix a place: one landmark, or ranges to three beacons, would";
+    result.reason = landmarks.empty() && heard_.empty() ? "no landmark and no range"
+                                                        : "what was seen and heard does not fix a place: one landmark, or ranges to three beacons, would";
 }
 
 /// A pose for each landmark that an observation may be, and the places that were given.
@@ -71,13 +72,29 @@ void RobotLocator::propose(std::span<const LandmarkObservation> landmarks, const
     for (const Eigen::Vector2d& place : hints.places) add({place.x(), place.y(), hints.prediction ? hints.prediction->pose.yaw : 0});
 }
 
-/// The pose that one observation alone gives.
+/// The pose that one observation alone gives. A tag may hang anywhere: what its corners say of the whole camera is a start, and so is
+/// their place at their height; the better fit counts.
 Pose2 RobotLocator::pose_of(const LandmarkObservation& seen, int landmark) const {
-    const auto& points = points_[static_cast<std::size_t>(landmark)];
     const SiteLandmark& known = landmarks_[static_cast<std::size_t>(landmark)];
-    if (std::holds_alternative<Tag>(known.kind)) {
-        if (const auto pose = pose_before_tag(seen, known)) return *pose;
+    const auto& points = points_[static_cast<std::size_t>(landmark)];
+    const Pose2 laid = laid_onto(seen, points);
+    if (!std::holds_alternative<Tag>(known.kind)) return laid;
+    std::vector<SeenPoint> corners;
+    for (std::size_t i = 0; i < seen.points.size(); ++i) corners.push_back({points[i], seen.points[i].pixel, seen.points[i].covariance, 0, 0});
+    Pose2 best = laid;
+    double least = 1e300;
+    for (const auto& start : {std::optional(laid), pose_before_tag(seen, known)}) {
+        if (!start) continue;
+        const auto fit = fit_on_floor({.camera = &*camera_, .points = corners}, *start);
+        if (!fit || fit->pixel_rms >= least) continue;
+        least = fit->pixel_rms;
+        best = fit->pose;
     }
+    return best;
+}
+
+/// The observation's points where they lie at their landmark's height, laid onto the landmark.
+Pose2 RobotLocator::laid_onto(const LandmarkObservation& seen, const std::vector<Eigen::Vector3d>& points) const {
     FixedList<Eigen::Vector2d, 4> in_robot, in_map;
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
         const auto place = point_at_height(*camera_, seen.points[i].pixel, points[i].z());

@@ -22,7 +22,7 @@ struct LocatorHints {
         Pose2 pose;
         Eigen::Matrix3d covariance;
     };
-    std::optional<Prediction> prediction;   // only tells hypotheses apart; it is not mixed into the fix
+    std::optional<Prediction> prediction;     // only tells hypotheses apart; it is not mixed into the fix
     std::span<const Eigen::Vector2d> places;  // m: where the robot may be, for ranges without a landmark
 };
 
@@ -41,7 +41,7 @@ struct RobotPlace {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     bool yaw_known = false;
     double weight = 1;
-    double pixel_rms = 0;                             // px
+    double pixel_rms = 0;                         // px
     FixedList<std::pair<int, int>, 8> landmarks;  // (index of the observation, index of the landmark)
 };
 
@@ -70,6 +70,7 @@ private:
     };
     void propose(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints);
     Pose2 pose_of(const LandmarkObservation& seen, int landmark) const;
+    Pose2 laid_onto(const LandmarkObservation& seen, const std::vector<Eigen::Vector3d>& points) const;
     std::optional<Pose2> pose_before_tag(const LandmarkObservation& seen, const SiteLandmark& tag) const;
     void explain(const Pose2& pose, std::span<const LandmarkObservation> landmarks, const LocatorHints& hints, RobotPlace& place) const;
     double hint_likelihood(const Pose2& pose, const LocatorHints& hints) const;

@@ -30,9 +30,9 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
 struct CeilingOverlay {
     std::vector<LandmarkObservation> landmarks;
     std::vector<std::string> names;
-    std::vector<Eigen::Vector2f> rejected;       // px
-    std::vector<std::array<int, 4>> lamps;       // px: left, top, right, bottom
-    std::string caption;                         // along the lower edge
+    std::vector<Eigen::Vector2f> rejected;  // px
+    std::vector<std::array<int, 4>> lamps;  // px: left, top, right, bottom
+    std::string caption;                    // along the lower edge
 };
 
 /// Writes the frame, enlarged `zoom` times, with what was seen in it as PNG or JPEG.

@@ -46,7 +46,7 @@ private:
         Nanoseconds born = 0;  // first observation
         Nanoseconds seen = 0;  // last observation
         int sightings = 0;
-        double spread = 1;    // m^2, variance of the place when it was last seen
+        double spread = 1;                                // m^2, variance of the place when it was last seen
         double presence = 1;                              // part of the last frames of its cameras that showed it
         Eigen::Vector4d state = Eigen::Vector4d::Zero();  // x, y, vx, vy
         Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();

@@ -93,6 +93,8 @@ CeilingRobustness run(int frames, std::uint64_t seed, bool with_landmark, const 
 
 CeilingRobustness run_with_lamps(int frames, std::uint64_t seed, const std::function<void(double)>& progress) { return run(frames, seed, true, progress); }
 
-CeilingRobustness run_without_landmark(int frames, std::uint64_t seed, const std::function<void(double)>& progress) { return run(frames, seed, false, progress); }
+CeilingRobustness run_without_landmark(int frames, std::uint64_t seed, const std::function<void(double)>& progress) {
+    return run(frames, seed, false, progress);
+}
 
 }  // namespace roomfix

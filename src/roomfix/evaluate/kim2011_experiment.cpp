@@ -32,7 +32,10 @@ struct Sample {
 class Rig {
 public:
     Rig(const Scenario& scenario, std::uint64_t seed)
-        : scenario_(scenario), camera_(scenario.up_cameras[0]), renderer_(camera_.truth.model, camera_.sensor, camera_.glare, seed), random_(seed * 7919 + 11) {}
+        : scenario_(scenario),
+          camera_(scenario.up_cameras[0]),
+          renderer_(camera_.truth.model, camera_.sensor, camera_.glare, seed),
+          random_(seed * 7919 + 11) {}
 
     Sample take(const Pose2& truth) {
         Sample sample;
@@ -167,7 +170,8 @@ Result<Kim2011Report> run_kim2011(const Kim2011Options& options, const std::func
                 }
                 const auto ranges = beacon_ranges(scenario.site, sample.heard);
                 if (i < bounds_per_position) {
-                    Eigen::Matrix3d information = landmark_information(scenario.ceiling, truth_camera.truth, truth_camera.sensor, truth_camera.glare, trial.truth);
+                    Eigen::Matrix3d information =
+                        landmark_information(scenario.ceiling, truth_camera.truth, truth_camera.sensor, truth_camera.glare, trial.truth);
                     for (const BeaconRange& r : ranges) {
                         information += range_information(r.beacon, scenario.site.robots[0].receiver->position, r.sigma, trial.truth);
                     }
@@ -251,11 +255,12 @@ std::string kim2011_table(const Kim2011Report& report) {
     }
     text += fmt::format("  overall                                   | {:13.3f}  {:12.3f} {:9.3f} {:8.3f}\n", 100 * report.trilateration_rmse(),
                         100 * report.published_rmse(), 100 * report.ours_rmse(), 100 * report.bound_rmse());
-    text += fmt::format(
-        "  printed columns recomputed: trilateration mean {:.3f} (printed 5.972), proposed mean {:.3f}, root mean square {:.3f} (printed 2.366)\n", 100 * trilateration,
-        100 * proposed, 100 * std::sqrt(proposed_squares));
-    text += fmt::format("  roomfix: {} fixes, {} lost, RMSE / bound {:.2f}, yaw rms {:.3f} deg, mean NEES {:.2f} (3 unknowns)", report.trials.size() - static_cast<std::size_t>(report.lost()),
-                        report.lost(), report.ours_rmse() / report.bound_rmse(), degrees(report.yaw_rms()), report.mean_nees());
+    text +=
+        fmt::format("  printed columns recomputed: trilateration mean {:.3f} (printed 5.972), proposed mean {:.3f}, root mean square {:.3f} (printed 2.366)\n",
+                    100 * trilateration, 100 * proposed, 100 * std::sqrt(proposed_squares));
+    text += fmt::format("  roomfix: {} fixes, {} lost, RMSE / bound {:.2f}, yaw rms {:.3f} deg, mean NEES {:.2f} (3 unknowns)",
+                        report.trials.size() - static_cast<std::size_t>(report.lost()), report.lost(), report.ours_rmse() / report.bound_rmse(),
+                        degrees(report.yaw_rms()), report.mean_nees());
     if (o.tilt > 0) text += fmt::format("; tilt calibrated to {:.3f} deg", degrees(report.tilt_sigma));
     text += "\n";
     for (const auto& t : report.trials) {

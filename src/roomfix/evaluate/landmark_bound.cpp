@@ -51,7 +51,9 @@ Eigen::Matrix3d landmark_information(const CeilingScene& scene, const CameraOnRo
     CeilingScene leds = scene;  // only these carry information: nobody knows where tiles and lamps are
     leds.patches.clear();
     leds.tile_light = leds.rail_light = 0;
-    const auto light = [&](const CeilingScene& what, const Pose2& pose) { return renderer.expose(what, map_from_robot(pose) * camera.robot_from_camera.pose, 1); };
+    const auto light = [&](const CeilingScene& what, const Pose2& pose) {
+        return renderer.expose(what, map_from_robot(pose) * camera.robot_from_camera.pose, 1);
+    };
     const std::vector<float> all = light(scene, truth);
     std::array<std::vector<float>, 3> slopes;
     const std::array<double, 3> steps = {5e-4, 5e-4, 2e-3};

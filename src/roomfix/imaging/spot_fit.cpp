@@ -24,7 +24,7 @@ struct Window {
     const std::uint8_t* pixels;  // top left
     std::ptrdiff_t stride;
     int size;
-    double left, top;  // px, of the first pixel's centre
+    double left, top;                                  // px, of the first pixel's centre
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();  // px: only pixels around here count ...
     double reach_squared = 1e9;                        // ... within this distance
     const SpotPrior* prior = nullptr;
@@ -70,8 +70,18 @@ constexpr float huber = 3;  // standard deviations beyond which a residual count
 
 SpotModel model_of(const Window& window, const Vector& p, const SpotFitSettings& s) {
     const auto f = [](double value) { return static_cast<float>(value); };
-    return {f(p[0] - window.centre_x()), f(p[1] - window.centre_y()), f(std::exp(p[2])), f(p[3]), f(p[4]), f(p[5]), f(p[6]), f(s.gamma),
-            f(s.read_noise * s.read_noise + 1.0 / 12), f(s.shot_noise), f(s.saturated), huber};
+    return {f(p[0] - window.centre_x()),
+            f(p[1] - window.centre_y()),
+            f(std::exp(p[2])),
+            f(p[3]),
+            f(p[4]),
+            f(p[5]),
+            f(p[6]),
+            f(s.gamma),
+            f(s.read_noise * s.read_noise + 1.0 / 12),
+            f(s.shot_noise),
+            f(s.saturated),
+            huber};
 }
 
 Linearised linearise(const Window& window, const SpotPixels& pixels, const Vector& p, const SpotFitSettings& s) {
@@ -285,7 +295,8 @@ std::optional<SpotFit> fit_spot(LumaView frame, const Eigen::Vector2d& start, co
     // The area above half of a Gaussian is 2 pi ln 2 width^2; a saturated one is higher than it looks, and narrower.
     const bool cut_off = brightest >= settings.saturated;
     const double width = std::clamp(std::sqrt(above_half / 4.36) * (cut_off ? 0.8 : 1), 0.5, 3.0);
-    p << start.x(), start.y(), std::log(std::max(response.light(brightest) - ground_light, 1e-3) * (cut_off ? 1.6 : 1.1)), steepness_of(width), ground_light, 0, 0;
+    p << start.x(), start.y(), std::log(std::max(response.light(brightest) - ground_light, 1e-3) * (cut_off ? 1.6 : 1.1)), steepness_of(width), ground_light, 0,
+        0;
 
     if (prior) {
         window->prior = prior;

@@ -5,9 +5,9 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "roomfix/imaging/spot_sums.cpp"
+#include <hwy/contrib/math/math-inl.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-#include <hwy/contrib/math/math-inl.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace roomfix {
@@ -50,7 +50,8 @@ void SpotSumsOf(const SpotPixels& pixels, const SpotModel& model, SpotSums& sums
         const V cost = hn::IfThenElse(far, hn::Mul(all(model.huber), hn::Sub(hn::Add(z, z), all(model.huber))), hn::Mul(z, z));
         const V spot = hn::Mul(by_light, light);
         const V steep = hn::Mul(all(2 * model.steepness), spot);
-        const std::array<V, 7> d = {hn::Mul(steep, dx), hn::Mul(steep, dy), spot, hn::Neg(hn::Mul(spot, square)), by_light, hn::Mul(by_light, x), hn::Mul(by_light, y)};
+        const std::array<V, 7> d = {hn::Mul(steep, dx),   hn::Mul(steep, dy),  spot, hn::Neg(hn::Mul(spot, square)), by_light,
+                                    hn::Mul(by_light, x), hn::Mul(by_light, y)};
         std::size_t k = 0;
         for (std::size_t a = 0; a < 7; ++a) {
             const V weighted = hn::Mul(weight, d[a]);

@@ -9,7 +9,7 @@ namespace roomfix {
 struct SpotPixels {
     static constexpr int capacity = 240;
     int count = 0;
-    alignas(64) std::array<float, capacity> x;       // px from the window's middle
+    alignas(64) std::array<float, capacity> x;  // px from the window's middle
     alignas(64) std::array<float, capacity> y;
     alignas(64) std::array<float, capacity> grey;    // grey levels
     alignas(64) std::array<float, capacity> weight;  // 1, or 0 for padding

@@ -9,7 +9,7 @@ namespace roomfix {
 
 /// One point of a landmark in the picture.
 struct PointSighting {
-    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();            // px
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           // px
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();  // px^2
 };
 

@@ -55,7 +55,8 @@ std::optional<Pose2> start_of(const View& view, const SiteRobot& robot, const st
 
 }  // namespace
 
-std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robot, const std::array<Eigen::Vector2d, 4>& corners, double sigma, double largest_rms) {
+std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robot, const std::array<Eigen::Vector2d, 4>& corners, double sigma,
+                                         double largest_rms) {
     const auto start = start_of(view, robot, corners);
     if (!start) return std::nullopt;
     Pose2 pose = *start;

@@ -26,8 +26,8 @@ Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera
         if (!more) continue;  // a damaged picture costs itself only
         if (!*more) break;
         if (frame.image.width() != camera.model.width || frame.image.height() != camera.model.height) {
-            return Error{fmt::format("{}: the frame is {} x {} pixels, camera {} has {} x {}: record it with the same settings", frame.name, frame.image.width(),
-                                     frame.image.height(), camera.id, camera.model.width, camera.model.height)};
+            return Error{fmt::format("{}: the frame is {} x {} pixels, camera {} has {} x {}: record it with the same settings", frame.name,
+                                     frame.image.width(), frame.image.height(), camera.id, camera.model.width, camera.model.height)};
         }
         const LumaView view = frame.image;
         (*locator)->locate(&view, {}, {}, -1, result);

@@ -74,7 +74,7 @@ private:
         OnboardResult onboard;                     // the observing thread's own
         std::vector<SilhouetteObservation> shown;  // of the last frame, for the page
         OnboardResult shown_onboard;
-        LumaImage last;                            // for the page
+        LumaImage last;  // for the page
         SourceState state;
         double last_wall = 0;  // s, when the last frame came
     };
@@ -104,7 +104,7 @@ private:
     Site site_;
     std::vector<std::unique_ptr<Post>> posts_;
     std::vector<Ear> ears_;
-    RangeBatch recorded_;        // ranges still to be heard, in the order of their times
+    RangeBatch recorded_;  // ranges still to be heard, in the order of their times
     std::size_t recorded_next_ = 0;
     std::vector<std::string> range_problems_;
     mutable std::mutex mutex_;  // guards the smoother, the sinks and the posts' pictures and states

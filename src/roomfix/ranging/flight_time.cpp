@@ -5,7 +5,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double zero_celsius = 273.15;    // K
+constexpr double zero_celsius = 273.15;     // K
 constexpr double speed_of_light = 2.998e8;  // m/s in air
 
 }  // namespace

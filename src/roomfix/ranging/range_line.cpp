@@ -71,7 +71,8 @@ Result<RangeLine> parse_cricket_line(std::string_view line, double temperature) 
         if (equals == std::string_view::npos) return wrong(fmt::format("'{}' has no '='", shown(field)));
         const std::string_view key = field.substr(0, equals);
         const std::string_view value = field.substr(equals + 1);
-        if (std::find(seen.begin(), seen.end(), key) != seen.end()) return wrong(fmt::format("{} stands there twice: two lines ran into each other", shown(key)));
+        if (std::find(seen.begin(), seen.end(), key) != seen.end())
+            return wrong(fmt::format("{} stands there twice: two lines ran into each other", shown(key)));
         seen.push_back(key);
         if (key == "ID") {
             const auto address = normal_address(value);

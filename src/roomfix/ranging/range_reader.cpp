@@ -40,7 +40,8 @@ void RangeReader::finish(std::optional<Nanoseconds> arrival, RangeBatch& batch) 
     if (oversized_) {
         ++lines_;
         ++bad_lines_;
-        batch.problems.push_back(fmt::format("a line of more than {} characters was dropped: is this the right serial line and speed?", settings_.longest_line));
+        batch.problems.push_back(
+            fmt::format("a line of more than {} characters was dropped: is this the right serial line and speed?", settings_.longest_line));
     } else {
         take_line(partial_, arrival, batch);
     }
@@ -116,7 +117,9 @@ Result<void> RangeReader::add(const RangeLine& reading, std::optional<Nanosecond
     auto& last = last_[static_cast<std::size_t>(*beacon)];
     const bool backwards = last && to_seconds(*last - *time) > settings_.backwards;
     last = *time;  // a clock that was set back is believed from the next line on
-    if (backwards) return Error{fmt::format("beacon {}: the clock ran backwards to {} s: this range is not used", beacons_[static_cast<std::size_t>(*beacon)].id, seconds_text(*time))};
+    if (backwards)
+        return Error{fmt::format("beacon {}: the clock ran backwards to {} s: this range is not used", beacons_[static_cast<std::size_t>(*beacon)].id,
+                                 seconds_text(*time))};
 
     const SiteRobot& owner = robots_[static_cast<std::size_t>(*robot)];
     double sigma = reading.sigma.value_or(owner.receiver ? owner.receiver->sigma : Receiver().sigma);

@@ -133,7 +133,8 @@ std::vector<Eigen::Vector2d> starts_of(const Problem& problem) {
     constexpr int steps = 12;
     for (int i = 0; i <= steps; ++i) {
         for (int j = 0; j <= steps; ++j) {
-            starts.push_back(box.center() + 2 * reach.cwiseProduct(Eigen::Vector2d(static_cast<double>(i) / steps - 0.5, static_cast<double>(j) / steps - 0.5)));
+            starts.push_back(box.center() +
+                             2 * reach.cwiseProduct(Eigen::Vector2d(static_cast<double>(i) / steps - 0.5, static_cast<double>(j) / steps - 0.5)));
         }
     }
     return starts;

@@ -31,9 +31,9 @@ struct CeilingDisc {
 struct CeilingScene {
     double height = 3;
     double tile = 0.60;
-    float tile_light = 0.10f;  // in the camera's short exposure
-    float grain = 0.04f;       // relative
-    float rail_light = 0.16f;  // of the rails between tiles
+    float tile_light = 0.10f;           // in the camera's short exposure
+    float grain = 0.04f;                // relative
+    float rail_light = 0.16f;           // of the rails between tiles
     std::vector<CeilingPatch> patches;  // later ones lie over earlier ones
     std::vector<CeilingDisc> discs;
     std::uint64_t seed = 1;
@@ -47,9 +47,9 @@ struct GlareModel {
 
 /// How a landmark of LEDs looks.
 struct LandmarkLook {
-    double margin = 0.04;         // m, of the black panel around the LEDs
+    double margin = 0.04;  // m, of the black panel around the LEDs
     float panel_light = 0.012f;
-    double led_radius = 0.0025;   // m
+    double led_radius = 0.0025;  // m
     float led_light = 45;
     bool dead[3] = {false, false, false};  // right angle, end of leg a, end of leg b
 };

@@ -8,8 +8,9 @@ namespace {
 
 // The paper gives the picture's size, the ceiling (3 m), the half-angle (30 deg: 3.5 x 2.8 m of ceiling in view), the landmark's legs
 // and six reference positions; it says that nodes hang so far apart that only one is in view.
-constexpr double ceiling = 3.0;          // m
-constexpr double camera_height = 0.30;   // m
+constexpr double ceiling = 3.0;         // m
+constexpr double camera_height = 0.30;  // m
+constexpr double tape_error = 0.005;    // m
 const Eigen::Vector2d landmark_place(1.0, 1.25);
 
 CameraModel usb_camera() {
@@ -23,7 +24,10 @@ Scenario room(const char* name, std::uint64_t seed, double tilt) {
     Site& site = scenario.site;
     site.ceiling = ceiling;
     site.walls = {{{-1.5, -1.0}, {6.0, -1.0}, {6.0, 5.5}, {-1.5, 5.5}, {-1.5, -1.0}}};
-    site.beacons = {{"n1", {landmark_place.x(), landmark_place.y(), ceiling}, ""}, {"n2", {5.0, 1.25, ceiling}, ""}, {"n3", {1.0, 4.4, ceiling}, ""}, {"n4", {5.0, 4.4, ceiling}, ""}};
+    site.beacons = {{"n1", {landmark_place.x(), landmark_place.y(), ceiling}, ""},
+                    {"n2", {5.0, 1.25, ceiling}, ""},
+                    {"n3", {1.0, 4.4, ceiling}, ""},
+                    {"n4", {5.0, 4.4, ceiling}, ""}};
     SiteLandmark landmark{"n1", LedTriangle{0.10, 0.15}};
     landmark.map_from_landmark = Eigen::Translation3d(landmark_place.x(), landmark_place.y(), ceiling) * Eigen::AngleAxisd(0, Eigen::Vector3d::UnitZ());
     landmark.sigma = 0;  // the map is defined by it: the reference positions were marked out from it
@@ -47,6 +51,10 @@ Scenario room(const char* name, std::uint64_t seed, double tilt) {
     const double direction = random.uniform(-std::numbers::pi, std::numbers::pi);
     const Eigen::Vector3d axis(std::cos(direction), std::sin(direction), 0);
     camera.truth.robot_from_camera.pose.linear() = exponential_rotation(tilt * axis) * looking_up(camera_height).linear();
+    if (tilt > 0) {  // and somebody measured its place with a tape
+        const auto off = [&] { return random.normal(tape_error); };
+        camera.truth.robot_from_camera.pose.translation() += Eigen::Vector3d(off(), off(), off());
+    }
     scenario.up_cameras = {camera};
     scenario.robots = {{robot, {}, {}, 0.2, 0, 0}};
     return scenario;

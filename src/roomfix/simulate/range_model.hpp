@@ -9,12 +9,12 @@
 namespace roomfix {
 
 struct RangeModel {
-    double sigma = 0.015;              // m
-    double late_share = 0;             // of ranges that come around a corner ...
-    double late_mean = 0.4;            // m, ... later by an exponential delay of this mean
-    double lost = 0.05;                // part of the messages that is never heard
-    double temperature = 20;           // degC, as the site file says
-    double temperature_error = 0;      // degC, what the air really is above that
+    double sigma = 0.015;          // m
+    double late_share = 0;         // of ranges that come around a corner ...
+    double late_mean = 0.4;        // m, ... later by an exponential delay of this mean
+    double lost = 0.05;            // part of the messages that is never heard
+    double temperature = 20;       // degC, as the site file says
+    double temperature_error = 0;  // degC, what the air really is above that
 };
 
 /// What the listener says of one message.

@@ -55,7 +55,7 @@ struct Scenario {
     std::vector<ScenarioRobot> robots;
     CeilingScene ceiling;  // what the cameras that look up see
     std::vector<ScenarioUpCamera> up_cameras;
-    RangeModel ranges;  // of every robot with a receiver to every beacon
+    RangeModel ranges;      // of every robot with a receiver to every beacon
     double range_rate = 5;  // of each beacon, 1/s
     double frame_rate = 10;
     double duration = 60;

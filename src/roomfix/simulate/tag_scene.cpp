@@ -9,9 +9,9 @@
 namespace roomfix {
 namespace {
 
-constexpr int samples = 6;        // per pixel and direction
-constexpr double spread = 2.2;    // px: a pixel's light comes from a square of this size
-constexpr double black = 25;      // grey levels
+constexpr int samples = 6;      // per pixel and direction
+constexpr double spread = 2.2;  // px: a pixel's light comes from a square of this size
+constexpr double black = 25;    // grey levels
 constexpr double white = 200;
 
 }  // namespace

@@ -86,8 +86,10 @@ Result<std::filesystem::path> write_mount(const std::filesystem::path& file, con
     const std::filesystem::path copy = fmt::format("{}.{:%Y%m%d-%H%M%S}", file.string(), fmt::gmtime(now));
     const std::filesystem::path fresh = file.string() + ".new";
     std::error_code failure;
-    if (write(copy, text.str()) && write(fresh, *changed)) std::filesystem::rename(fresh, file, failure);
-    else failure = std::make_error_code(std::errc::io_error);
+    if (write(copy, text.str()) && write(fresh, *changed))
+        std::filesystem::rename(fresh, file, failure);
+    else
+        failure = std::make_error_code(std::errc::io_error);
     if (failure) return Error{fmt::format("{}: cannot be written: check the folder's permissions and room", file.string())};
     return copy;
 }

@@ -223,8 +223,8 @@ void read_beacon(YamlReader& reader, const std::string& id, const YAML::Node& no
     site.beacons.push_back(beacon);
 }
 
-void read_tag_landmark(YamlReader& reader, const YAML::Node& node, const std::string& what, const Eigen::Vector3d& position, double yaw,
-                       SiteLandmark& landmark, const Site& site) {
+void read_tag_landmark(YamlReader& reader, const YAML::Node& node, const std::string& what, const Eigen::Vector3d& position, double yaw, SiteLandmark& landmark,
+                       const Site& site) {
     if (const auto tag = read_tag(reader, node, "tag", what)) landmark.kind = *tag;
     const std::string facing = reader.text(node["facing"], what + ".facing").value_or("down");
     if (facing != "down" && facing != "up" && facing != "wall") {
@@ -247,7 +247,8 @@ void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& 
     const double yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
     const bool is_tag = node["tag"].IsDefined();
     if (is_tag == node["legs"].IsDefined()) {
-        reader.error(node, fmt::format("{} needs {} legs: [a, b] (three LEDs) or tag: number and size: edge (an AprilTag)", what, is_tag ? "only one of" : "either"));
+        reader.error(node,
+                     fmt::format("{} needs {} legs: [a, b] (three LEDs) or tag: number and size: edge (an AprilTag)", what, is_tag ? "only one of" : "either"));
     } else if (is_tag) {
         read_tag_landmark(reader, node, what, position, yaw, landmark, site);
     } else {
@@ -330,7 +331,8 @@ void check_references(YamlReader& reader, const YAML::Node& root, const Site& si
         }
         if (const auto* mount = std::get_if<Mount>(&camera.placement); mount && !mount->has_covariance) {
             reader.warn(node["mount"], fmt::format("cameras.{}.mount has no covariance: the fixes' uncertainty leaves the mount's tilt out; "
-                                                   "'roomfix calibrate mount' measures it", camera.id));
+                                                   "'roomfix calibrate mount' measures it",
+                                                   camera.id));
         }
     }
 }

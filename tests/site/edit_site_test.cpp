@@ -1,0 +1,76 @@
+#include "roomfix/site/edit_site.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "roomfix/site/load_site.hpp"
+
+namespace roomfix {
+namespace {
+
+const std::string text = R"(roomfix: 1   # our lab
+site: {name: lab}
+cameras:
+  up:   # the cheap one
+    source: frames/up
+    size: [352, 288]
+    intrinsics: {fx: 300, fy: 300, cx: 175.5, cy: 143.5}
+    MOUNT
+    # below the mount
+  other:
+    source: frames/other
+    size: [352, 288]
+    intrinsics: {fx: 300, fy: 300, cx: 175.5, cy: 143.5}
+    mount: {robot: r1, position: [0, 0, 0.1], quaternion: [0, 0, 0, 1]}
+robots:
+  r1: {shape: box, size: [0.54, 0.54, 0.45]}
+)";
+
+std::string with_mount_as(const std::string& mount) {
+    std::string changed = text;
+    return changed.replace(changed.find("MOUNT"), 5, mount);
+}
+
+Mount new_mount() {
+    Mount mount{"r1", {}, true};
+    mount.robot_from_camera.pose.translation() = Eigen::Vector3d(0.01, 0.02, 0.31);
+    mount.robot_from_camera.covariance = 1e-6 * Matrix6d::Identity();
+    return mount;
+}
+
+TEST(EditSite, ReplacesTheMountAndNothingElse) {
+    for (const std::string mount : {"mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}  # measured",
+                                    "mount:\n      robot: r1   # {not a brace}\n      position: [0, 0, 0.3]\n      quaternion:\n        - 0\n        - 0\n        - 0\n        - 1",
+                                    "mount: {robot: r1, # why\n      position: [0, 0,\n 0.3], quaternion: [0, 0, 0, 1]}"}) {
+        const auto changed = with_mount(with_mount_as(mount), "up", new_mount());
+        ASSERT_TRUE(changed) << changed.error().message;
+        const LoadedSite loaded = parse_site(*changed, "/");
+        for (const auto& p : loaded.problems) EXPECT_FALSE(p.fatal) << p.message << "\n" << *changed;
+        const auto& up = std::get<Mount>(loaded.site.cameras[0].placement);
+        EXPECT_EQ(up.robot_from_camera.pose.translation().z(), 0.31);
+        EXPECT_TRUE(up.has_covariance);
+        EXPECT_EQ(std::get<Mount>(loaded.site.cameras[1].placement).robot_from_camera.pose.translation().z(), 0.1);
+        for (const char* kept : {"# our lab", "# the cheap one", "# below the mount"}) EXPECT_NE(changed->find(kept), std::string::npos) << kept;
+    }
+    EXPECT_FALSE(with_mount(with_mount_as("height: 1"), "up", new_mount()));
+    EXPECT_FALSE(with_mount("a: [", "up", new_mount()));
+}
+
+TEST(EditSite, KeepsTheFileAsItWas) {
+    const auto folder = std::filesystem::temp_directory_path() / "roomfix_edit_site";
+    std::filesystem::create_directories(folder);
+    const auto file = folder / "site.yaml";
+    const std::string before = with_mount_as("mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}");
+    std::ofstream(file) << before;
+    const auto copy = write_mount(file, "up", new_mount());
+    ASSERT_TRUE(copy) << copy.error().message;
+    std::ifstream old(*copy);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(old), {}), before);
+    EXPECT_FALSE(write_mount(folder / "missing.yaml", "up", new_mount()));
+    std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace roomfix
