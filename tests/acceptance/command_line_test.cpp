@@ -115,8 +115,71 @@ TEST_F(CommandLine, RunSaysWhatIsMissing) {
     expect_says(call("run /nowhere.yaml"), 2, "cannot be used");
 }
 
+/// A robot with a camera that looks up, for all tests of it.
+class Onboard : public ::testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        folder = new fs::path(fs::temp_directory_path() / fmt::format("roomfix_onboard_{}", getpid()));
+        fs::remove_all(*folder);
+        fs::create_directories(*folder);
+        ASSERT_EQ(call(fmt::format("simulate kim2011 --duration 2 -o {}", (*folder / "room").string())).code, 0);
+    }
+    static void TearDownTestSuite() {
+        fs::remove_all(*folder);
+        delete folder;
+    }
+    static std::string site() { return (*folder / "room/site.yaml").string(); }
+    static std::string frame() { return (*folder / "room/frames/up/000500000000.jpg").string(); }
+    static std::string ranges() { return (*folder / "room/ranges.csv").string(); }
+    static fs::path* folder;
+};
+fs::path* Onboard::folder = nullptr;
+
+TEST_F(Onboard, FixUsesTheLandmarkAndTheRanges) {
+    expect_says(call(fmt::format("fix {} --camera up {}", site(), frame())), 0, "\"sources\": [\"up\"]");
+    const std::string overlay = (*folder / "overlay").string();
+    const Outcome both = call(fmt::format("fix {} --camera up --ranges {} --overlay {} {}", site(), ranges(), overlay, frame()));
+    expect_says(both, 0, "\"sources\": [\"up\", \"ranges\"]");
+    EXPECT_TRUE(fs::exists(fs::path(overlay) / "000500000000.png"));
+    expect_says(call(fmt::format("fix {} --camera up --landmark n1 --method published --ranges {} {}", site(), ranges(), frame())), 0, "\"status\": \"ok\"");
+    const std::string dark = (*folder / "dark.png").string();
+    ASSERT_TRUE(save_luma(dark, LumaImage(352, 288)));
+    expect_says(call(fmt::format("fix {} --camera up {}", site(), dark)), 0, "no small bright spot");
+    expect_says(call(fmt::format("fix {} --camera up --ranges {} {}", site(), ranges(), dark)), 0, "\"yaw\": null");
+}
+
+TEST_F(Onboard, FixSaysWhatIsWrong) {
+    expect_says(call(fmt::format("fix {} --camera up --landmark n9 {}", site(), frame())), 2, "no such landmark");
+    expect_says(call(fmt::format("fix {} --camera up --ranges /nowhere.csv {}", site(), frame())), 2, "/nowhere.csv: no ranges can be read");
+    const std::string bad = (*folder / "bad.csv").string();
+    std::ofstream(bad) << "time,robot,beacon,range\n0.5,r1,n9,2.8\n0.5,r1,n1,-2.8\n0.5,r1,n1,2.76\n";
+    const Outcome outcome = call(fmt::format("fix {} --camera up --ranges {} {}", site(), bad, frame()));
+    expect_says(outcome, 0, "unknown beacon 'n9'");
+    expect_says(outcome, 0, "cannot be");
+    expect_says(outcome, 0, "\"status\": \"ok\"");
+}
+
+TEST_F(Onboard, RunFollowsTheRobot) {
+    const Outcome outcome = call(fmt::format("run {} --no-page --speed 0 --fixes -", site()));
+    expect_says(outcome, 0, "\"robot\": \"r1\", \"status\": \"ok\"");
+    expect_says(outcome, 0, "fixes given");
+}
+
+TEST_F(Onboard, CalibrateMountMeasuresTheTiltAndWritesIt) {
+    const std::string spin = (*folder / "spin").string();
+    ASSERT_EQ(call(fmt::format("simulate kim2011-spin -o {}", spin)).code, 0);
+    const std::string file = spin + "/site.yaml";
+    expect_says(call(fmt::format("calibrate mount {} --camera up", file)), 0, "not written");
+    const Outcome written = call(fmt::format("calibrate mount {} --camera up --write", file));
+    expect_says(written, 0, "tilt 0.");
+    expect_says(written, 0, "the file as it was is");
+    expect_says(call("check " + file), 0, "ready");
+    expect_says(call(fmt::format("calibrate mount {} --camera down", file)), 2, "there is no camera 'down'");
+    expect_says(call(fmt::format("calibrate mount {} --camera up", site())), 2, "turned through");
+}
+
 TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
-    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check"})
+    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check", "calibrate mount"})
         expect_says(call(std::string(command) + " --help"), 0, "Example: roomfix");
     expect_says(call("simulate atlantis -o /tmp/x"), 2, "there is no scenario 'atlantis'");
     expect_says(call(fmt::format("simulate li2014 -o {}", session())), 2, "session already");

@@ -22,7 +22,8 @@ std::vector<MountFrame> turn(const CameraOnRobot& truth, double range, int count
         frame.pose = {pose.x + random.normal(0.02), pose.y + random.normal(0.02), pose.yaw + random.normal(0.02)};
         for (const auto& led : leds) {
             const Eigen::Vector2d pixel = *predict_point(truth, pose, led);
-            frame.points.push_back({led, pixel + Eigen::Vector2d(random.normal(noise), random.normal(noise)), noise * noise * Eigen::Matrix2d::Identity(), 0, 0});
+            frame.points.push_back(
+                {led, pixel + Eigen::Vector2d(random.normal(noise), random.normal(noise)), noise * noise * Eigen::Matrix2d::Identity(), 0, 0});
         }
         frames.push_back(frame);
     }

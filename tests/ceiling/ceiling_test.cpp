@@ -210,8 +210,8 @@ TEST_F(Ceiling, TagsOnCeilingAndWallGiveTheWholePose) {
                                      : Pose2{random.uniform(1.4, 2.2), random.uniform(0.9, 1.5), random.uniform(-0.2, 0.2)};
         LumaImage frame(352, 288);
         for (int y = 0; y < 288; ++y) std::memset(frame.row(y), 120, 352);
-        paint_tag({eye.model, {map_from_robot(truth) * eye.robot_from_camera.pose, Matrix6d::Zero()}}, landmark.map_from_landmark, std::get<Tag>(landmark.kind), 1.5,
-                  static_cast<std::uint64_t>(i), frame);
+        paint_tag({eye.model, {map_from_robot(truth) * eye.robot_from_camera.pose, Matrix6d::Zero()}}, landmark.map_from_landmark, std::get<Tag>(landmark.kind),
+                  1.5, static_cast<std::uint64_t>(i), frame);
         TagDetector detector;
         std::vector<SeenTag> tags;
         detector.detect(frame, tags);

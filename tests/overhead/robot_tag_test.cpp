@@ -23,7 +23,8 @@ TEST(RobotTag, GivesThePoseWithATrueCovariance) {
         std::array<Eigen::Vector2d, 4> corners;
         const auto own = own_points(*robot.tag);
         for (std::size_t k = 0; k < 4; ++k) {
-            corners[k] = *project_map_point(view, map_from_robot(truth) * robot.robot_from_tag * own[k]) + Eigen::Vector2d(random.normal(0.1), random.normal(0.1));
+            corners[k] =
+                *project_map_point(view, map_from_robot(truth) * robot.robot_from_tag * own[k]) + Eigen::Vector2d(random.normal(0.1), random.normal(0.1));
         }
         const auto fit = fit_robot_tag(view, robot, corners, 0.1);
         ASSERT_TRUE(fit);

@@ -41,9 +41,10 @@ Mount new_mount() {
 }
 
 TEST(EditSite, ReplacesTheMountAndNothingElse) {
-    for (const std::string mount : {"mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}  # measured",
-                                    "mount:\n      robot: r1   # {not a brace}\n      position: [0, 0, 0.3]\n      quaternion:\n        - 0\n        - 0\n        - 0\n        - 1",
-                                    "mount: {robot: r1, # why\n      position: [0, 0,\n 0.3], quaternion: [0, 0, 0, 1]}"}) {
+    for (const std::string mount :
+         {"mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}  # measured",
+          "mount:\n      robot: r1   # {not a brace}\n      position: [0, 0, 0.3]\n      quaternion:\n        - 0\n        - 0\n        - 0\n        - 1",
+          "mount: {robot: r1, # why\n      position: [0, 0,\n 0.3], quaternion: [0, 0, 0, 1]}"}) {
         const auto changed = with_mount(with_mount_as(mount), "up", new_mount());
         ASSERT_TRUE(changed) << changed.error().message;
         const LoadedSite loaded = parse_site(*changed, "/");
