@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cstring>
-#include <map>
 
+#include "medians.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
 #include "roomfix/imaging/tag_detector.hpp"
@@ -99,34 +99,12 @@ BENCHMARK(copy_frame)->Arg(352)->Arg(640)->Unit(benchmark::kMicrosecond);
 BENCHMARK(luma_to_fix)->Arg(352)->Arg(640)->Unit(benchmark::kMicrosecond);
 BENCHMARK(apriltag)->Arg(640)->Unit(benchmark::kMicrosecond);
 
-/// Remembers the medians for the ratios.
-class Medians : public benchmark::ConsoleReporter {
-public:
-    void ReportRuns(const std::vector<Run>& runs) override {
-        ConsoleReporter::ReportRuns(runs);
-        for (const Run& run : runs) {
-            if (run.run_type == Run::RT_Aggregate && run.aggregate_name == "median" && !run.error_occurred) {
-                times[run.run_name.function_name + "/" + run.run_name.args] = run.GetAdjustedCPUTime();
-            }
-        }
-    }
-    std::map<std::string, double> times;
-};
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    std::vector<char*> arguments(argv, argv + argc);
-    std::string repeat = "--benchmark_repetitions=7";
-    std::string aggregates = "--benchmark_report_aggregates_only=true";
-    std::string interleave = "--benchmark_enable_random_interleaving=true";
-    std::string least = "--benchmark_min_time=0.2";
-    for (std::string* option : {&repeat, &aggregates, &interleave, &least}) arguments.insert(arguments.begin() + 1, option->data());
-    int count = static_cast<int>(arguments.size());
-    benchmark::Initialize(&count, arguments.data());
     room(640);  // before any clock runs
     Medians medians;
-    benchmark::RunSpecifiedBenchmarks(&medians);
+    medians.run(argc, argv);
     auto& t = medians.times;
     if (t.count("apriltag/640") && t.count("luma_to_fix/640")) {
         fmt::print("AprilTag (decimation 2) / luma to fix, 640 x 480: {:.0f} (goal at least 100)\n", t["apriltag/640"] / t["luma_to_fix/640"]);

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstring>
-#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/background_segm.hpp>
 
+#include "medians.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
 #include "roomfix/simulate/scenario.hpp"
@@ -162,34 +162,12 @@ BENCHMARK(opencv_difference)->Unit(benchmark::kMicrosecond);
 BENCHMARK(opencv_mog2)->Unit(benchmark::kMicrosecond);
 BENCHMARK(opencv_jpeg_mog2)->Unit(benchmark::kMicrosecond);
 
-/// Remembers the medians for the ratios.
-class Medians : public benchmark::ConsoleReporter {
-public:
-    void ReportRuns(const std::vector<Run>& runs) override {
-        ConsoleReporter::ReportRuns(runs);
-        for (const Run& run : runs) {
-            if (run.run_type == Run::RT_Aggregate && run.aggregate_name == "median" && !run.error_occurred) {
-                times[run.run_name.function_name] = run.GetAdjustedCPUTime();
-            }
-        }
-    }
-    std::map<std::string, double> times;
-};
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    std::vector<char*> arguments(argv, argv + argc);
-    std::string repeat = "--benchmark_repetitions=7";
-    std::string aggregates = "--benchmark_report_aggregates_only=true";
-    std::string interleave = "--benchmark_enable_random_interleaving=true";
-    std::string least = "--benchmark_min_time=0.2";
-    for (std::string* option : {&repeat, &aggregates, &interleave, &least}) arguments.insert(arguments.begin() + 1, option->data());
-    int count = static_cast<int>(arguments.size());
-    benchmark::Initialize(&count, arguments.data());
     room();  // before any clock runs
     Medians medians;
-    benchmark::RunSpecifiedBenchmarks(&medians);
+    medians.run(argc, argv);
     auto& t = medians.times;
     const auto ratio = [&](const char* text, const char* a, const char* b, const char* goal) {
         if (t.count(a) && t.count(b)) fmt::print("{}: {:.2f} (goal {})\n", text, t[a] / t[b], goal);

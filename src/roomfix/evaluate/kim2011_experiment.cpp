@@ -86,7 +86,7 @@ Result<MountCalibration> calibrated_mount(const Kim2011Options& options, std::ui
     }
     // The simulated LEDs sit exactly where the site says: what is left is what their centroids are always off by. And the robot's heading
     // is by definition the camera's.
-    return calibrate_mount(camera, frames, {.heading_sigma = 1e-4, .point_sigma = 2e-5});
+    return calibrate_mount(camera, frames, {.heading_sigma = 1e-4, .point_sigma = 1e-5});
 }
 
 double rms_over(const std::vector<Kim2011Trial>& trials, int position, const std::function<std::optional<double>(const Kim2011Trial&)>& squared) {
