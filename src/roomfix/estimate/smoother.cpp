@@ -153,7 +153,7 @@ double Smoother::patience(const Track& track) const { return std::min(settings_.
 /// longer where it is far less sure.
 double Smoother::patience_with(const Track& old, const Track& fresh) const {
     const double doubt = fresh.spread / old.spread;
-    return doubt < 0.1 ? 0 : doubt > 4 ? settings_.coast : settings_.ok;
+    return doubt < 0.1 ? 0 : doubt > 4 ? settings_.forget : settings_.ok;
 }
 
 /// Gives names to tracks that were seen often enough. A robot of which there is only one is believed at a new place when it
