@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -18,6 +19,7 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/overhead/li2014.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
+#include "roomfix/overhead/robot_tag.hpp"
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/onboard_locator.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -76,8 +78,21 @@ public:
     std::vector<Fix> fixes(const std::string& image, LumaView frame) {
         if (published_) return {published_fix(image, frame)};
         observer_.observe(frame, result_);
+        // A tag says more than an outline: it names the robot and its front.
         std::vector<Fix> fixes;
+        std::vector<int> tagged;
+        for (const TaggedRobot& robot : find_tagged_robots(observer_.view(), site_.robots, tags_, frame)) {
+            Fix fix = empty_fix(image, "");
+            fix.status = FixStatus::ok;
+            fix.robot = site_.robots[static_cast<std::size_t>(robot.robot)].id;
+            fix.pose = robot.fit.pose;
+            fix.covariance = robot.fit.covariance;
+            fix.sources = {camera_};
+            fixes.push_back(fix);
+            tagged.push_back(robot.robot);
+        }
         for (const SilhouetteObservation& o : result_.observations) {
+            if (std::find(tagged.begin(), tagged.end(), o.robot) != tagged.end()) continue;
             Fix fix = empty_fix(image, "");
             fix.status = FixStatus::ok;
             fix.robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
@@ -113,6 +128,7 @@ private:
     std::string camera_;
     OverheadObserver observer_;
     OverheadResult result_;
+    TagDetector tags_;
     std::optional<Li2014> published_;
 };
 

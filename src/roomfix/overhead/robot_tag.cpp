@@ -81,4 +81,18 @@ std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robo
     return fit;
 }
 
+std::vector<TaggedRobot> find_tagged_robots(const View& view, const std::vector<SiteRobot>& robots, TagDetector& detector, LumaView frame) {
+    std::vector<SeenTag> tags;
+    detector.detect(frame, tags);
+    std::vector<TaggedRobot> found;
+    for (const SeenTag& tag : tags) {
+        for (std::size_t r = 0; r < robots.size(); ++r) {
+            if (!robots[r].tag || robots[r].tag->number != tag.number) continue;
+            const auto fit = fit_robot_tag(view, robots[r], tag.corners, detector.settings().corner_sigma);
+            if (fit) found.push_back({static_cast<int>(r), *fit});
+        }
+    }
+    return found;
+}
+
 }  // namespace roomfix

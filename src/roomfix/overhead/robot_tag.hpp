@@ -3,8 +3,10 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "roomfix/geometry/view.hpp"
+#include "roomfix/imaging/tag_detector.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -19,5 +21,14 @@ struct RobotTagFit {
 /// `sigma` (px). Nothing if no pose on the floor explains them within `largest_rms` px.
 std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robot, const std::array<Eigen::Vector2d, 4>& corners, double sigma,
                                          double largest_rms = 2);
+
+/// A robot found by its tag.
+struct TaggedRobot {
+    int robot = 0;  // index in `robots`
+    RobotTagFit fit;
+};
+
+/// The robots whose tags a fixed camera sees in a frame.
+std::vector<TaggedRobot> find_tagged_robots(const View& view, const std::vector<SiteRobot>& robots, TagDetector& detector, LumaView frame);
 
 }  // namespace roomfix

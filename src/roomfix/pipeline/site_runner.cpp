@@ -146,16 +146,9 @@ std::vector<PoseObservation> SiteRunner::watch(Post& post, LumaView frame) {
     post.observer->observe(frame, post.result);
     std::vector<PoseObservation> poses = poses_of(post.result.observations);
     if (!post.tags) return poses;
-    std::vector<SeenTag> tags;
-    post.tags->detect(frame, tags);
-    for (const SeenTag& tag : tags) {
-        for (std::size_t r = 0; r < site_.robots.size(); ++r) {
-            if (!site_.robots[r].tag || site_.robots[r].tag->number != tag.number) continue;
-            const auto fit = fit_robot_tag(post.observer->view(), site_.robots[r], tag.corners, post.tags->settings().corner_sigma);
-            if (!fit) continue;
-            std::erase_if(poses, [&](const PoseObservation& o) { return o.robot == static_cast<int>(r); });
-            poses.push_back({static_cast<int>(r), fit->pose, true, fit->covariance, 1});
-        }
+    for (const TaggedRobot& tagged : find_tagged_robots(post.observer->view(), site_.robots, *post.tags, frame)) {
+        std::erase_if(poses, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
+        poses.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, 1});
     }
     return poses;
 }
