@@ -16,7 +16,6 @@ struct MountArguments {
     std::string site;
     std::string camera;
     std::string frames;
-    MountSettings settings;
     double position_sigma_mm = 5;
     bool write = false;
 };
@@ -25,7 +24,7 @@ void print(const MountCalibration& found, const std::string& camera) {
     fmt::print("camera {}: {} pictures over {:.0f} deg of turning, residual {:.3f} px rms, the robot kept to the spot within {:.1f} mm\n", camera, found.frames,
                degrees(found.turned), found.pixel_rms, 1e3 * found.spot_sigma);
     fmt::print("  tilt {:.3f} deg +- {:.3f} deg\n", degrees(found.tilt), degrees(found.tilt_sigma));
-    fmt::print("  with the mount of the site file fixes were off by {:.2f} cm +- {:.2f} cm; now they are not\n", 100 * found.offset, 100 * found.offset_sigma);
+    fmt::print("  with the mount of the site file, fixes under this ceiling are off by {:.2f} cm\n", 100 * found.offset);
     for (const std::string& what : found.not_observed) fmt::print("  not to be seen in this session: {}; the site file's value is kept\n", what);
 }
 
@@ -38,8 +37,7 @@ int calibrate_mount_command(const MountArguments& arguments) {
     if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
     const SiteCamera* camera = site->camera(arguments.camera);
     if (!camera) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
-    MountSettings settings = arguments.settings;
-    settings.position_sigma = 1e-3 * arguments.position_sigma_mm;
+    const MountSettings settings{.position_sigma = 1e-3 * arguments.position_sigma_mm};
     const std::string frames = arguments.frames.empty() ? resolved_path(*site, camera->source) : arguments.frames;
     const auto found = calibrate_mount_from(*site, *camera, frames, settings, progress_bar("looking for landmarks"));
     if (!found) return give_up(found.error());

@@ -188,7 +188,6 @@ Result<MountCalibration> calibrate_mount(const CameraOnRobot& start, std::vector
     const Vector6d moved = difference(result.robot_from_camera.pose, start.robot_from_camera.pose);
     const Eigen::Matrix<double, 2, 6> j = offset_jacobian(rise);
     result.offset = (j * moved).norm();
-    result.offset_sigma = std::sqrt((j * result.robot_from_camera.covariance * j.transpose()).trace() / 2);
     const Vector6d prior = prior_sigmas(settings);
     const char* names[] = {"its place along the robot's x", "its place along the robot's y", "its height", "its tilt about x", "its tilt about y",
                            "its turn about the vertical"};

@@ -26,13 +26,12 @@ struct MountSettings {
 
 struct MountCalibration {
     UncertainPose3 robot_from_camera;
-    double tilt = 0;          // rad, between the optical axis and the robot's vertical
-    double tilt_sigma = 0;    // rad
-    double offset = 0;        // m, how far a level mount would have put fixes off at the landmark's height
-    double offset_sigma = 0;  // m
-    double pixel_rms = 0;     // px, per coordinate
-    double spot_sigma = 0;    // m: how well the robot turned on the spot
-    double turned = 0;        // rad covered by the headings
+    double tilt = 0;        // rad, between the optical axis and the robot's vertical
+    double tilt_sigma = 0;  // rad
+    double offset = 0;      // m, how far a level mount would have put fixes off at the landmark's height
+    double pixel_rms = 0;   // px, per coordinate
+    double spot_sigma = 0;  // m: how well the robot turned on the spot
+    double turned = 0;      // rad covered by the headings
     int frames = 0;
     std::vector<std::string> not_observed;  // what this session cannot tell; the site file's value is kept, with its sigma
 };

@@ -56,8 +56,6 @@ public:
     /// No allocation in steady state, as long as `result` is reused.
     void observe(LumaView frame, CeilingResult& result);
 
-    const CameraOnRobot& camera() const { return camera_; }
-
 private:
     struct Shape {
         int index;  // of landmark_shapes()

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double no_yaw_sigma = std::numbers::pi / std::numbers::sqrt3;  // of a yaw that nobody knows
 constexpr double known_yaw_sigma = 0.5;                                  // rad: below, the yaw is known
-constexpr std::size_t most_groups = 16;
+constexpr std::size_t most_groups = 8;
 
 Eigen::Matrix3d robot_from_map_rotation(double yaw) { return Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix(); }
 
@@ -49,7 +49,7 @@ void add_points(const FloorEvidence& evidence, const Pose2& pose, Linearised& l,
         l.pixel_squares += residual.squaredNorm();
         if (!nuisance) continue;
         nuisance->by_mount -= back * j.by_mount;
-        nuisance->by_group[static_cast<std::size_t>(point.group) % most_groups] -= back * j.by_point * point.group_sigma;
+        nuisance->by_group[static_cast<std::size_t>(point.group)] -= back * j.by_point * point.group_sigma;
     }
 }
 

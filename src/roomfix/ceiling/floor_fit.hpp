@@ -22,7 +22,7 @@ struct SeenPoint {
     Eigen::Vector3d map;         // m
     Eigen::Vector2d pixel;       // px
     Eigen::Matrix2d covariance;  // px^2
-    int group = 0;               // points of one landmark share the error of its position
+    int group = 0;               // 0..7: points of one landmark share the error of its position
     double group_sigma = 0;      // m, of each coordinate
 };
 

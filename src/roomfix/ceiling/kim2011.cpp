@@ -120,7 +120,6 @@ std::optional<Kim2011Fix> Kim2011::locate(LumaView frame, std::optional<double> 
     const double s_land = std::hypot(triangle_.a, triangle_.b) / (l1 - l3).norm();  // Kim (5')
 
     Kim2011Fix fix;
-    fix.leds = *leds;
     double s = s_land;
     if (distance) {
         const double r_k = std::sqrt(std::max(*distance * *distance - height * height, 0.0));  // Kim (8)

@@ -29,8 +29,7 @@ struct Kim2011Settings {
 
 struct Kim2011Fix {
     Pose2 pose;
-    bool used_range = false;              // s = s_TDOA, not s_LAND
-    std::array<Eigen::Vector2d, 3> leds;  // px: right angle, the other end of leg a, of leg b
+    bool used_range = false;  // s = s_TDOA, not s_LAND
 };
 
 class Kim2011 {

@@ -35,8 +35,8 @@ void RobotLocator::locate(std::span<const LandmarkObservation> landmarks, std::s
     for (Hypothesis& h : hypotheses_) {
         const double weight = std::exp(h.score - hypotheses_[0].score);
         const auto same = [&](const RobotPlace& other) {
-            const double turn = h.place.yaw_known ? std::remainder(other.pose.yaw - h.pose.yaw, 2 * std::numbers::pi) : 0;
-            return std::hypot(other.pose.x - h.pose.x, other.pose.y - h.pose.y) < 0.02 && std::abs(turn) < 0.05;
+            const double turn = h.place.yaw_known ? std::remainder(other.pose.yaw - h.place.pose.yaw, 2 * std::numbers::pi) : 0;
+            return std::hypot(other.pose.x - h.place.pose.x, other.pose.y - h.place.pose.y) < 0.02 && std::abs(turn) < 0.05;
         };
         if (weight < settings_.least_weight || std::any_of(result.places.begin(), result.places.end(), same)) continue;
         h.place.weight = weight;
@@ -53,7 +53,8 @@ void RobotLocator::locate(std::span<const LandmarkObservation> landmarks, std::s
 void RobotLocator::propose(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints) {
     hypotheses_.clear();
     const auto add = [&](const Pose2& pose) {
-        Hypothesis h{pose, hint_likelihood(pose, hints), {}};
+        Hypothesis h{hint_likelihood(pose, hints), {}};
+        h.place.pose = pose;
         explain(pose, landmarks, hints, h.place);
         h.score -= settings_.unexplained * static_cast<double>(landmarks.size() - h.place.landmarks.size());
         FloorEvidence ranges{.ranges = heard_, .receiver = receiver_, .late = settings_.late};
@@ -152,12 +153,14 @@ double RobotLocator::hint_likelihood(const Pose2& pose, const LocatorHints& hint
 
 void RobotLocator::collect(std::span<const LandmarkObservation> landmarks, const RobotPlace& place, std::vector<SeenPoint>& points) const {
     points.clear();
+    int group = 0;
     for (const auto& [observation, landmark] : place.landmarks) {
         const auto& known = points_[static_cast<std::size_t>(landmark)];
         const LandmarkObservation& seen = landmarks[static_cast<std::size_t>(observation)];
         for (std::size_t i = 0; i < seen.points.size(); ++i) {
-            points.push_back({known[i], seen.points[i].pixel, seen.points[i].covariance, landmark, landmarks_[static_cast<std::size_t>(landmark)].sigma});
+            points.push_back({known[i], seen.points[i].pixel, seen.points[i].covariance, group, landmarks_[static_cast<std::size_t>(landmark)].sigma});
         }
+        ++group;
     }
 }
 
@@ -172,9 +175,8 @@ bool RobotLocator::refine(std::span<const LandmarkObservation> landmarks, const 
     collect(landmarks, h.place, seen_);
     if (seen_.empty() && !landmarks.empty()) return false;
     const FloorEvidence evidence{camera_ ? &*camera_ : nullptr, seen_, heard_, receiver_, settings_.late};
-    const auto fit = fit_on_floor(evidence, h.pose);
+    const auto fit = fit_on_floor(evidence, h.place.pose);
     if (!fit || fit->covariance.topLeftCorner<2, 2>().trace() > settings_.largest_sigma * settings_.largest_sigma) return false;
-    h.pose = fit->pose;
     h.place.pose = fit->pose;
     h.place.covariance = fit->covariance;
     h.place.yaw_known = fit->yaw_known;

@@ -64,7 +64,6 @@ public:
 
 private:
     struct Hypothesis {
-        Pose2 pose;
         double score;
         RobotPlace place;
     };

@@ -21,4 +21,21 @@ struct Summary {
 };
 Summary summarise(std::vector<double> values);
 
+/// Trials of an experiment: each with `ours` (optional), `error` and `covariance`.
+template <class Trial>
+int count_lost(const std::vector<Trial>& trials) {
+    int count = 0;
+    for (const Trial& t : trials) count += !t.ours;
+    return count;
+}
+
+/// Mean NEES over the trials that gave a fix; 0 if none did.
+template <class Trial>
+double mean_nees_of(const std::vector<Trial>& trials) {
+    double sum = 0;
+    for (const Trial& t : trials) sum += t.ours ? nees(t.error, t.covariance) : 0;
+    const std::size_t found = trials.size() - static_cast<std::size_t>(count_lost(trials));
+    return found > 0 ? sum / static_cast<double>(found) : 0;
+}
+
 }  // namespace roomfix

@@ -192,11 +192,7 @@ Result<Kim2011Report> run_kim2011(const Kim2011Options& options, const std::func
     return report;
 }
 
-int Kim2011Report::lost() const {
-    int count = 0;
-    for (const auto& t : trials) count += !t.ours;
-    return count;
-}
+int Kim2011Report::lost() const { return count_lost(trials); }
 
 double Kim2011Report::ours_rmse(int position) const {
     return rms_over(trials, position, [](const Kim2011Trial& t) { return t.ours ? std::optional(squared_distance(t, t.ours->x, t.ours->y)) : std::nullopt; });
@@ -221,16 +217,7 @@ double Kim2011Report::yaw_rms() const {
     return rms_over(trials, -1, [](const Kim2011Trial& t) { return t.ours ? std::optional(t.error.z() * t.error.z()) : std::nullopt; });
 }
 
-double Kim2011Report::mean_nees() const {
-    double sum = 0;
-    int count = 0;
-    for (const auto& t : trials) {
-        if (!t.ours) continue;
-        sum += nees(t.error, t.covariance);
-        ++count;
-    }
-    return count > 0 ? sum / count : 0;
-}
+double Kim2011Report::mean_nees() const { return mean_nees_of(trials); }
 
 std::string kim2011_table(const Kim2011Report& report) {
     const auto& positions = kim2011_positions();

@@ -188,11 +188,7 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
     return report;
 }
 
-int Li2014Report::lost() const {
-    int count = 0;
-    for (const auto& t : trials) count += !t.ours;
-    return count;
-}
+int Li2014Report::lost() const { return count_lost(trials); }
 
 std::vector<double> Li2014Report::position_errors() const {
     std::vector<double> errors;
@@ -218,16 +214,7 @@ std::vector<double> Li2014Report::published_errors() const {
     return errors;
 }
 
-double Li2014Report::mean_nees() const {
-    double sum = 0;
-    int count = 0;
-    for (const auto& t : trials) {
-        if (!t.ours) continue;
-        sum += nees(t.error, t.covariance);
-        ++count;
-    }
-    return count > 0 ? sum / count : 0;
-}
+double Li2014Report::mean_nees() const { return mean_nees_of(trials); }
 
 std::string li2014_table(const Li2014Report& report) {
     const auto& points = li2014_test_points();

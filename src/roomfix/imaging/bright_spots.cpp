@@ -82,7 +82,7 @@ void scalar::bright_row(const BrightRow& row, std::uint64_t* words) {
 void find_bright_spots(LumaView frame, const BrightSpotSettings& settings, BitMask& spots) {
     if (spots.width() != frame.width || spots.height() != frame.height) spots.resize(frame.width, frame.height);
     const int reach = settings.reach;
-    const bool small = frame.stride < 64 + 2 * reach;  // a word might reach beyond the next row
+    const bool small = frame.stride < 64 + 2 * reach || frame.width <= 2 * reach;  // a word might reach beyond the next row
     for (int y = 0; y < frame.height; ++y) {
         std::uint64_t* words = spots.row(y);
         spots.span(y) = {};

@@ -161,7 +161,7 @@ void gather(const Window& window, SpotPixels& pixels) {
     pixels.count = count;
 }
 
-/// Mean of the window's rim without its brightest quarter: neighbouring lamps are not ground.
+/// Median of the window's rim: a neighbouring lamp on one side is not ground.
 double rim_level(const Window& window) {
     std::array<std::uint8_t, 8 * largest_radius> rim{};
     std::size_t count = 0;

@@ -21,9 +21,14 @@ Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera
     std::vector<MountFrame> seen;
     OnboardResult result;
     SourceFrame frame;
+    constexpr int most_bad = 100;  // a source that gives nothing else is not asked for ever
+    int bad = 0;
     for (double number = 1;; ++number) {
         const auto more = (*frames)->next(frame);
-        if (!more) continue;  // a damaged picture costs itself only
+        if (!more) {  // a damaged picture costs itself only
+            if (++bad > most_bad) return more.error();
+            continue;
+        }
         if (!*more) break;
         if (frame.image.width() != camera.model.width || frame.image.height() != camera.model.height) {
             return Error{fmt::format("{}: the frame is {} x {} pixels, camera {} has {} x {}: record it with the same settings", frame.name,

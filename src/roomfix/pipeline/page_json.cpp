@@ -107,7 +107,7 @@ std::string SiteRunner::site_json() const {
 }
 
 /// The circles on the floor plan that a robot's ranges draw around the beacons.
-std::string SiteRunner::ranges_json(Nanoseconds time) const {
+nlohmann::json SiteRunner::ranges_json(Nanoseconds time) const {
     json circles = json::array();
     for (const Ear& ear : ears_) {
         const SiteRobot& robot = site_.robots[static_cast<std::size_t>(ear.robot)];
@@ -118,11 +118,11 @@ std::string SiteRunner::ranges_json(Nanoseconds time) const {
             circles.push_back({{"robot", robot.id}, {"beacon", beacon.id}, {"radius", rounded(radius, 1e-3)}});
         }
     }
-    return circles.dump();
+    return circles;
 }
 
 /// What a camera on a robot saw: landmarks with their points, spots that are none, lamps.
-std::string SiteRunner::onboard_json(const Post& post) const {
+nlohmann::json SiteRunner::onboard_json(const Post& post) const {
     json seen = {{"landmarks", json::array()}, {"rejected", json::array()}, {"lamps", json::array()}};
     const auto names = post.locator->landmark_names(post.shown_onboard);
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -136,7 +136,7 @@ std::string SiteRunner::onboard_json(const Post& post) const {
     if (!post.last.empty()) {
         for (const LampBox& lamp : find_lamps(post.last)) seen["lamps"].push_back({lamp.left, lamp.top, lamp.right, lamp.bottom});
     }
-    return seen.dump();
+    return seen;
 }
 
 std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
@@ -162,10 +162,10 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
             const std::string robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
             camera["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
         }
-        if (post->locator) camera["seen"] = json::parse(onboard_json(*post));
+        if (post->locator) camera["seen"] = onboard_json(*post);
         state["cameras"].push_back(camera);
     }
-    state["ranges"] = json::parse(ranges_json(time));
+    state["ranges"] = ranges_json(time);
     return state.dump();
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -96,8 +97,8 @@ private:
     void hear_until(Nanoseconds time);
     void pass_on(Nanoseconds time, const std::string& camera);
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
-    std::string ranges_json(Nanoseconds time) const;
-    std::string onboard_json(const Post& post) const;
+    nlohmann::json ranges_json(Nanoseconds time) const;
+    nlohmann::json onboard_json(const Post& post) const;
     std::string site_json() const;
     std::vector<std::uint8_t> picture_of(const std::string& camera);
 
