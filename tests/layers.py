@@ -12,13 +12,14 @@ below = {
     "observation": ["base", "geometry", "site"],
     "ranging": ["base", "geometry", "site", "observation"],
     "ceiling": ["base", "geometry", "imaging", "site", "observation"],
+    "corner": ["base", "geometry", "imaging", "site", "observation"],
     "overhead": ["base", "geometry", "imaging", "site", "observation"],
     "estimate": ["base", "geometry", "site", "observation"],
     "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling"],
     "calibrate": ["base", "geometry", "imaging", "site", "observation", "ceiling"],
-    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "ranging", "estimate", "simulate", "calibrate"],
-    "connect": ["base", "geometry", "imaging", "site", "observation", "ranging", "ceiling"],
-    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "ranging", "estimate", "calibrate", "connect"],
+    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "simulate", "calibrate"],
+    "connect": ["base", "geometry", "imaging", "site", "observation", "ranging", "ceiling", "corner"],
+    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "calibrate", "connect"],
 }
 root = pathlib.Path(sys.argv[1])
 wrong = []

@@ -7,19 +7,9 @@
 #include "roomfix/geometry/view.hpp"
 #include "roomfix/imaging/luma.hpp"
 #include "roomfix/simulate/scene.hpp"
+#include "roomfix/simulate/sensor.hpp"
 
 namespace roomfix {
-
-/// What the sensor and its optics do to the light.
-struct SensorModel {
-    double blur = 0.7;       // px, standard deviation of the point spread
-    double exposure = 0.75;  // grey level (of 1) of light 1, before gamma
-    double gamma = 2.2;
-    double vignetting = 0.25;  // light lost at the corner
-    double read_noise = 1.2;   // grey levels
-    double shot_noise = 0.12;  // grey levels^2 per grey level
-    double flicker = 0.01;     // relative; mains hum across the rows of a rolling shutter
-};
 
 /// Renders one camera. The still parts are traced once; each frame traces only where robots and their shadows are.
 class CameraRenderer {

@@ -65,7 +65,7 @@ void add_landmark(const SiteLandmark& landmark, const LandmarkLook& look, Ceilin
 }
 
 CeilingRenderer::CeilingRenderer(const CameraModel& model, const SensorModel& sensor, const GlareModel& glare, std::uint64_t seed)
-    : model_(model), sensor_(sensor), glare_(glare), seed_(seed), width_(model.width), height_(model.height) {
+    : model_(model), sensor_(model.width, model.height, sensor, glare, seed), width_(model.width), height_(model.height) {
     rays_.reserve(static_cast<std::size_t>(4 * width_ * height_));
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) {
@@ -103,10 +103,10 @@ void CeilingRenderer::trace(const CeilingScene& scene, const Eigen::Isometry3d& 
 void CeilingRenderer::add_discs(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera) {
     const View view{model_, {map_from_camera, Matrix6d::Zero()}};
     const auto part = [&](double low) {  // of a point's light that falls on the pixel from `low` to `low` + 1
-        const double scale = 1 / (sensor_.blur * std::numbers::sqrt2);
+        const double scale = 1 / (sensor_.model().blur * std::numbers::sqrt2);
         return 0.5 * (std::erf((low + 1) * scale) - std::erf(low * scale));
     };
-    const int reach = static_cast<int>(std::ceil(5 * sensor_.blur)) + 1;
+    const int reach = static_cast<int>(std::ceil(5 * sensor_.model().blur)) + 1;
     for (const CeilingDisc& disc : scene.discs) {
         for (int i = 0; i < disc_points; ++i) {
             // A sunflower's seeds cover the disc evenly.
@@ -129,92 +129,17 @@ void CeilingRenderer::add_discs(const CeilingScene& scene, const Eigen::Isometry
     }
 }
 
-/// The lens: a Gaussian of the sensor's blur.
-void CeilingRenderer::blur() {
-    const int reach = std::max(1, static_cast<int>(std::ceil(4 * sensor_.blur)));
-    std::vector<float> kernel;
-    float sum = 0;
-    for (int i = -reach; i <= reach; ++i) sum += kernel.emplace_back(static_cast<float>(std::exp(-0.5 * i * i / (sensor_.blur * sensor_.blur))));
-    for (float& k : kernel) k /= sum;
-    work_.resize(light_.size());
-    const auto pass = [&](const std::vector<float>& from, std::vector<float>& to, int count, int step, int lines, int line_step) {
-        for (int line = 0; line < lines; ++line) {
-            for (int i = 0; i < count; ++i) {
-                float value = 0;
-                for (int k = -reach; k <= reach; ++k) {
-                    const int j = std::clamp(i + k, 0, count - 1);
-                    value += kernel[static_cast<std::size_t>(k + reach)] * from[static_cast<std::size_t>(line * line_step + j * step)];
-                }
-                to[static_cast<std::size_t>(line * line_step + i * step)] = value;
-            }
-        }
-    };
-    pass(light_, work_, width_, 1, height_, width_);
-    pass(work_, light_, height_, width_, width_, 1);
-}
-
-/// Three running means are nearly a Gaussian; the wide skirt of real glare comes from a second, wider one.
-void CeilingRenderer::add_glare() {
-    const auto running_mean = [&](std::vector<float>& v, int radius, int count, int step, int lines, int line_step) {
-        work_.resize(v.size());
-        for (int line = 0; line < lines; ++line) {
-            const auto at = [&](int i) { return v[static_cast<std::size_t>(line * line_step + std::clamp(i, 0, count - 1) * step)]; };
-            double sum = 0;
-            for (int i = -radius; i <= radius; ++i) sum += static_cast<double>(at(i));
-            for (int i = 0; i < count; ++i) {
-                work_[static_cast<std::size_t>(line * line_step + i * step)] = static_cast<float>(sum / (2 * radius + 1));
-                sum += static_cast<double>(at(i + radius + 1) - at(i - radius));
-            }
-        }
-        v.swap(work_);
-    };
-    const std::vector<float> sharp = light_;
-    for (const double scale : {0.6, 2.0}) {
-        glow_ = sharp;
-        const int radius = std::max(1, static_cast<int>(std::lround(0.5 * scale * glare_.reach)));
-        for (int round = 0; round < 3; ++round) {
-            running_mean(glow_, radius, width_, 1, height_, width_);
-            running_mean(glow_, radius, height_, width_, width_, 1);
-        }
-        const float part = static_cast<float>(0.5 * glare_.part);
-        for (std::size_t i = 0; i < light_.size(); ++i) light_[i] += part * (glow_[i] - sharp[i]);
-    }
-}
-
 const std::vector<float>& CeilingRenderer::expose(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera, double gain) {
     trace(scene, map_from_camera);
-    blur();
+    sensor_.blur(light_);
     add_discs(scene, map_from_camera);
-    if (glare_.part > 0) add_glare();
-    const double half_diagonal = 0.25 * (width_ * width_ + height_ * height_);
-    for (int y = 0; y < height_; ++y) {
-        for (int x = 0; x < width_; ++x) {
-            const double dx = x - 0.5 * width_;
-            const double dy = y - 0.5 * height_;
-            const double falloff = 1 - sensor_.vignetting * (dx * dx + dy * dy) / half_diagonal;
-            float& light = light_[static_cast<std::size_t>(y * width_ + x)];
-            light = 255 * std::pow(std::max(light, 0.0f) * static_cast<float>(gain * falloff * sensor_.exposure), static_cast<float>(1 / sensor_.gamma));
-        }
-    }
+    sensor_.add_glare(light_);
+    sensor_.expose(light_, gain);
     return light_;
 }
 
 void CeilingRenderer::render(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera, double gain, std::uint64_t index, LumaImage& frame) {
-    const auto& exposed = expose(scene, map_from_camera, gain);
-    frame.resize(width_, height_);
-    Random random(mix64(seed_ * 0x2545f4914f6cdd1dULL + index));
-    const double phase = random.uniform(0, 2 * std::numbers::pi);
-    for (int y = 0; y < height_; ++y) {
-        const double hum = 1 + sensor_.flicker / sensor_.gamma * std::sin(phase + 1.5 * std::numbers::pi * y / height_);
-        for (int x = 0; x < width_; ++x) {
-            const double grey = hum * static_cast<double>(exposed[static_cast<std::size_t>(y * width_ + x)]);
-            // What is beyond the sensor's range is cut off before the noise of the converter.
-            const double noise = pixel_noise(sensor_, std::min(grey, 300.0));
-            frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(std::min(grey, 300.0) + random.normal(noise)), 0L, 255L));
-        }
-    }
+    sensor_.take(expose(scene, map_from_camera, gain), index, frame);
 }
-
-double pixel_noise(const SensorModel& sensor, double grey) { return std::sqrt(sensor.read_noise * sensor.read_noise + sensor.shot_noise * grey); }
 
 }  // namespace roomfix

@@ -8,7 +8,7 @@
 
 #include "roomfix/ceiling/floor_fit.hpp"
 #include "roomfix/imaging/luma.hpp"
-#include "roomfix/simulate/camera_renderer.hpp"
+#include "roomfix/simulate/sensor.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -39,12 +39,6 @@ struct CeilingScene {
     std::uint64_t seed = 1;
 };
 
-/// Light that the lens and the sensor's cover scatter around everything bright.
-struct GlareModel {
-    double part = 0.04;  // of the light ...
-    double reach = 9;    // px, ... over about this radius
-};
-
 /// How a landmark of LEDs looks.
 struct LandmarkLook {
     double margin = 0.04;  // m, of the black panel around the LEDs
@@ -69,21 +63,12 @@ public:
 private:
     void trace(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera);
     void add_discs(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera);
-    void blur();
-    void add_glare();
 
     CameraModel model_;
-    SensorModel sensor_;
-    GlareModel glare_;
-    std::uint64_t seed_;
+    Sensor sensor_;
     int width_, height_;
     std::vector<Eigen::Vector3f> rays_;  // 2 x 2 per pixel, camera frame, z = 1; z = 0 where the lens sees nothing
     std::vector<float> light_;           // row by row
-    std::vector<float> work_;
-    std::vector<float> glow_;
 };
-
-/// Part of the noise-free picture's change that a pixel's noise leaves: sqrt of the variance of one pixel, grey levels.
-double pixel_noise(const SensorModel& sensor, double grey);
 
 }  // namespace roomfix

@@ -1,0 +1,247 @@
+#include "roomfix/corner/corner_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "roomfix/geometry/pose.hpp"
+
+namespace roomfix {
+namespace {
+
+/// One edge in front of one camera: points on it by their distance from the corner in the normalised picture.
+struct EdgeLine {
+    Eigen::Vector3d corner;     // camera frame, in units of the ceiling distance
+    Eigen::Vector3d direction;  // camera frame, unit
+    double speed = 0;           // of the picture of the point `run` along the edge, at the corner times its depth
+    double end = 1e9;           // where the picture of the edge vanishes
+
+    EdgeLine(const Eigen::Vector3d& corner_camera, const Eigen::Vector3d& along) : corner(corner_camera), direction(along) {
+        speed = (along.head<2>() - corner_camera.head<2>() * (along.z() / corner_camera.z())).norm();
+        if (along.z() > 0) end = speed / along.z();
+    }
+    /// The point whose picture is `length` away from the corner's, on the plane at distance 1. length < end.
+    Eigen::Vector3d point(double length) const { return corner + direction * (length * corner.z() / (speed - length * direction.z())); }
+};
+
+}  // namespace
+
+CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& settings) : model_(model), settings_(settings) {}
+
+void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const {
+    fit.pieces.clear();
+    const Eigen::Matrix3d camera_from_corner = fit.view.corner_from_camera.transpose();
+    const Eigen::Vector3d camera(fit.view.place.x(), fit.view.place.y(), -1);
+    const Eigen::Vector3d corner = -(camera_from_corner * camera);
+    if (!(corner.z() > 1e-6)) return;
+    const double focal = 0.5 * (model_.fx + model_.fy);
+    const auto edges = edge_directions(wall_angle);
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        const EdgeLine line(corner, camera_from_corner * edges[edge]);
+        const double reach = fit.reach[edge] * fit.blur[edge] + 1;
+        const double border = settings_.border + reach;
+        const double length = fit.length[edge];
+        auto before = project(model_, line.point(settings_.first_gap / focal));
+        for (double start = settings_.first_gap; (start + length) / focal < 0.98 * line.end; start += length) {
+            const auto after = project(model_, line.point((start + length) / focal));
+            if (!before || !after || !model_.contains(*before, border) || !model_.contains(*after, border)) break;
+            const Eigen::Vector3d middle_camera = line.point((start + 0.5 * length) / focal);
+            ProjectionJacobian jacobian;
+            const auto middle = project(model_, middle_camera, &jacobian);
+            if (!middle) break;
+            EdgePiece piece;
+            piece.edge = edge;
+            piece.start = start;
+            piece.length = (*after - *before).norm();
+            // The lens bends the piece: the straight stretch through it stands for its mean.
+            const Eigen::Vector2d bend = (2.0 / 3.0) * (*middle - 0.5 * (*before + *after));
+            piece.stretch = {*before + bend, *after + bend};
+            // The edge's point moves with the unknowns: P = R^T Exp(-r) (x - t).
+            const Eigen::Vector3d arm = fit.view.corner_from_camera * middle_camera;
+            const Eigen::Matrix<double, 1, 3> across = piece.stretch.normal().transpose() * jacobian;
+            const Eigen::Matrix<double, 1, 3> in_corner = across * camera_from_corner;
+            piece.slope.head<3>() = (in_corner * skew(arm)).transpose();
+            piece.slope.tail<2>() = -in_corner.head<2>().transpose();
+            piece.lift = in_corner.z();
+            if (read_profile(frame, light_, piece.stretch, reach, skip, piece.profile)) judge(fit, piece);
+            fit.pieces.push_back(piece);
+            before = after;
+        }
+    }
+}
+
+/// One step of iteratively reweighted least squares; pieces off by more than `gate` standard deviations lose their say.
+bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
+    Matrix5d information = Matrix5d::Zero();
+    Vector5d pull = Vector5d::Zero();
+    double squares = 0;
+    int count = 0;
+    for (const EdgePiece& piece : fit.pieces) {
+        if (!piece.seen) continue;
+        const double variance = piece.step.variance + settings_.model_sigma * settings_.model_sigma;
+        const double ratio = piece.step.offset * piece.step.offset / variance;
+        const double doubt = 1 + ratio / (gate * gate);
+        const double weight = 1 / (variance * doubt * doubt);  // Geman-McClure
+        information += weight * piece.slope * piece.slope.transpose();
+        pull += weight * piece.step.offset * piece.slope;
+        if (ratio < gate * gate) {
+            squares += ratio;
+            ++count;
+        }
+    }
+    fit.information = information;
+    fit.spread = count > 5 ? squares / (count - 5) : 1;
+    const Eigen::LDLT<Matrix5d> solver(information);
+    if (count < 6 || solver.info() != Eigen::Success || !solver.isPositive() || !(solver.vectorD().minCoeff() > 1e-12 * solver.vectorD().maxCoeff())) return false;
+    const Vector5d move = solver.solve(pull);
+    if (!move.allFinite() || move.head<3>().norm() > 0.3) return false;
+    fit.view.corner_from_camera = exponential_rotation(move.head<3>()) * fit.view.corner_from_camera;
+    fit.view.place += move.tail<2>();
+    return is_inside(fit.view, wall_angle);
+}
+
+/// Fits the step to the piece's light and says whether it is one.
+void CornerFitter::judge(const CornerFit& fit, EdgePiece& piece) const {
+    const double blur = fit.blur[piece.edge];
+    const double reach = fit.reach[piece.edge];
+    piece.seen = fit_step(piece.profile, blur, reach * blur + 1, fit.model[piece.edge], piece.step) &&
+                 std::abs(piece.step.contrast) > settings_.least_contrast * piece.step.contrast_sigma &&
+                 std::abs(piece.step.offset) < settings_.largest_offset * blur;
+}
+
+/// Far from everything else a wide reading tells the edge from the slopes of light beside it best; a moulding or a frame beside it allows
+/// only a narrow one: it shows as noise, and hides the edge. And a faint edge needs long pieces. The pieces hold a wide reading.
+void CornerFitter::choose_reach(CornerFit& fit) const {
+    constexpr std::size_t most = 128;
+    struct Seen {
+        double noise = 0, plainness = 0;  // medians over the pieces that are seen, and over all
+        std::size_t count = 0;
+    };
+    const auto median = [](FixedList<double, most>& list) {
+        if (list.empty()) return 0.0;
+        std::nth_element(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2), list.end());
+        return list[list.size() / 2];
+    };
+    const auto look = [&](CornerEdge edge) {
+        FixedList<double, most> noise, plainness;
+        for (EdgePiece& piece : fit.pieces) {
+            if (piece.edge != edge || plainness.size() == most) continue;
+            judge(fit, piece);
+            plainness.push_back(std::abs(piece.step.contrast) / piece.step.contrast_sigma);
+            if (piece.seen) noise.push_back(piece.step.noise);
+        }
+        return Seen{median(noise), median(plainness), noise.size()};
+    };
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        Seen best;
+        double chosen = settings_.tight;
+        for (const double reach : {settings_.tight, settings_.narrow, settings_.wide}) {
+            fit.reach[edge] = reach;
+            fit.model[edge] = reach == settings_.tight ? StepModel::plain : StepModel::full;
+            const Seen now = look(edge);
+            const bool as_good = best.count == 0 || (now.noise < settings_.noisier * best.noise && 10 * now.count >= 9 * best.count);
+            if (now.count == 0 || !as_good) continue;
+            best = now;
+            chosen = reach;
+        }
+        const auto wanted = [&] { return 1.5 * settings_.stretch * std::pow(settings_.plain / std::max(best.plainness, 1e-3), 2); };
+        fit.reach[edge] = chosen;
+        fit.model[edge] = chosen == settings_.tight ? StepModel::plain : StepModel::full;
+        if (wanted() > settings_.longest && fit.model[edge] == StepModel::full) {  // too faint for so many unknowns
+            fit.model[edge] = StepModel::plain;
+            fit.reach[edge] = settings_.narrow;
+        }
+        best = look(edge);
+        fit.length[edge] = std::clamp(wanted(), settings_.stretch, settings_.longest);
+    }
+}
+
+void CornerFitter::update_blur(CornerFit& fit) const {
+    std::array<double, 3> sigma = {1e9, 1e9, 1e9};  // px, of each edge's blur
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        if (fit.model[edge] != StepModel::full) continue;
+        double sum = 0;
+        double weights = 0;
+        for (const EdgePiece& piece : fit.pieces) {
+            if (piece.edge != edge || !piece.seen) continue;
+            const double weight = 1 / (piece.step.blur_variance + 0.01);
+            sum += weight * std::clamp(piece.step.blur, settings_.least_blur, settings_.widest_blur);
+            weights += weight;
+        }
+        if (weights <= 0) continue;
+        fit.blur[edge] = sum / weights;
+        sigma[edge] = 1 / std::sqrt(weights);
+    }
+    // One lens drew all three: an edge that is much wider than the best known is two edges side by side (stay with the one that is
+    // nearer), and one that does not tell its blur has the same.
+    const auto best = static_cast<std::size_t>(std::min_element(sigma.begin(), sigma.end()) - sigma.begin());
+    if (sigma[best] > 1) return;
+    for (std::size_t edge = 0; edge < 3; ++edge) {
+        const bool merged = fit.blur[edge] - 2 * sigma[edge] > settings_.merged * (fit.blur[best] + 2 * sigma[best]);
+        if (sigma[edge] < 1 && !merged) continue;
+        fit.blur[edge] = fit.blur[best];
+        if (sigma[edge] > 1) continue;
+        fit.reach[edge] = settings_.tight;
+        fit.model[edge] = StepModel::plain;
+    }
+}
+
+bool CornerFitter::refine(LumaView frame, double wall_angle, double capture, CornerFit& fit) const {
+    return approach(frame, wall_angle, capture, fit) && finish(frame, wall_angle, fit);
+}
+
+bool CornerFitter::approach(LumaView frame, double wall_angle, double capture, CornerFit& fit) const {
+    // From wide and coarse to fine: a step is found within about its own blur.
+    double blur = std::max(std::min(capture, settings_.widest_capture) / settings_.largest_offset, settings_.blur);
+    for (bool last = false; !last; blur *= 0.5) {
+        last = blur < 1.7;
+        fit.blur = {blur, blur, blur};
+        fit.reach = {3, 3, 3};
+        fit.length.fill(1.5 * settings_.stretch);
+        fit.model.fill(StepModel::coarse);
+        for (int i = 0; i < 2; ++i) {
+            read(frame, wall_angle, 3, fit);
+            if (!step(wall_angle, 3 * settings_.outlier, fit)) return false;
+        }
+    }
+    return true;
+}
+
+bool CornerFitter::finish(LumaView frame, double wall_angle, CornerFit& fit) const {
+    fit.blur = {settings_.blur, settings_.blur, settings_.blur};
+    fit.reach = {settings_.wide, settings_.wide, settings_.wide};
+    fit.length.fill(1.5 * settings_.stretch);
+    fit.model.fill(StepModel::full);
+    for (int i = 0; i < 4; ++i) {
+        read(frame, wall_angle, i < 2 ? 2 : 1, fit);
+        if (i == 0) choose_reach(fit);
+        update_blur(fit);
+        const CornerView before = fit.view;
+        if (!step(wall_angle, settings_.outlier, fit)) return false;
+        const double moved = (fit.view.place - before.place).norm() + (fit.view.corner_from_camera - before.corner_from_camera).norm();
+        if (i >= 2 && moved < 1e-5) break;
+    }
+    return true;
+}
+
+std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance) {
+    std::array<EdgeSupport, 3> support;
+    std::array<double, 3> strength{};
+    for (const EdgePiece& piece : fit.pieces) {
+        EdgeSupport& edge = support[piece.edge];
+        edge.visible += piece.length;
+        if (!piece.seen || std::abs(piece.step.offset) > 3 * std::sqrt(piece.step.variance) + tolerance) continue;
+        edge.seen += piece.length;
+        edge.first = std::min(edge.first, piece.start);
+        edge.last = piece.start + piece.length;
+        edge.end = piece.stretch.to;
+        strength[piece.edge] += piece.length * std::abs(piece.step.contrast) / piece.step.contrast_sigma;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (support[i].seen > 0) support[i].strength = strength[i] / support[i].seen;
+    }
+    return support;
+}
+
+}  // namespace roomfix

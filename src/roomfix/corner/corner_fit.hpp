@@ -1,0 +1,99 @@
+// A corner's three edges fitted to the picture: all five unknowns at once, straight through the lens model.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "roomfix/corner/corner_geometry.hpp"
+#include "roomfix/corner/edge_step.hpp"
+#include "roomfix/geometry/camera_model.hpp"
+#include "roomfix/imaging/luma.hpp"
+
+namespace roomfix {
+
+struct CornerFitSettings {
+    double stretch = 16;          // px: length of the pieces in which an edge is read ...
+    double longest = 64;          // ... and of a faint edge
+    double plain = 8;             // standard deviations of contrast that make a piece long enough
+    double first_gap = 2;         // px left out at the corner, where all three edges meet
+    double border = 3;            // px left out at the picture's border
+    double blur = 1.1;            // px, of the edges, before the picture tells
+    double least_blur = 0.6;      // px
+    double widest_blur = 2.5;     // px
+    double widest_capture = 8;    // px
+    double wide = 14;             // blurs: how far from an edge the light is read ...
+    double narrow = 5;            // ... if something lies closer
+    double tight = 2.6;           // ... and if it lies closer still
+    double noisier = 1.35;        // times more noise in the wide reading tells that something does
+    double least_contrast = 4;    // standard deviations: a weaker step is none
+    double largest_offset = 1.2;  // blurs: a step farther off belongs to something else
+    double model_sigma = 0.02;    // px: real edges are not quite straight
+    double merged = 1.5;          // times the sharpest edge's blur: such an edge is two
+    double outlier = 3.5;         // standard deviations
+};
+
+/// A piece of an edge as it was read.
+struct EdgePiece {
+    CornerEdge edge = x_edge;
+    double start = 0, length = 0;  // px along the edge, from the corner
+    LineStretch stretch;
+    LightProfile profile;
+    EdgeStep step;
+    Vector5d slope = Vector5d::Zero();  // d(offset wanted) / d(unknowns), px
+    double lift = 0;                    // px of offset per ceiling distance that the whole corner rises
+    bool seen = false;                  // there is a step where it should be
+};
+
+struct CornerFit {
+    CornerView view;
+    Matrix5d information = Matrix5d::Zero();  // of rotation (about the corner's axes, rad) and place
+    double spread = 1;                        // mean square of the seen pieces' offsets over their variances
+    std::array<double, 3> blur = {0, 0, 0};   // px
+    std::array<double, 3> reach = {0, 0, 0};  // blurs
+    std::array<double, 3> length = {16, 16, 16};  // px, of the pieces
+    std::array<StepModel, 3> model = {StepModel::full, StepModel::full, StepModel::full};
+    std::vector<EdgePiece> pieces;
+};
+
+class CornerFitter {
+public:
+    explicit CornerFitter(const CameraModel& model, const CornerFitSettings& settings = {});
+
+    /// Fits from `fit.view`, which must be within about `capture` px of the truth along all edges. `capture` 0: the last fine steps only.
+    /// False if the edges do not hold the corner: too little of them is seen. No allocation if `fit` is reused.
+    bool refine(LumaView frame, double wall_angle, double capture, CornerFit& fit) const;
+    /// The two halves of it: the wide steps, quick, after which the pieces tell whether there is a corner at all; and the fine ones.
+    bool approach(LumaView frame, double wall_angle, double capture, CornerFit& fit) const;
+    bool finish(LumaView frame, double wall_angle, CornerFit& fit) const;
+
+    /// Reads all pieces at the fit's view, blur, reach, length and model without moving it; only every `skip`-th row of each.
+    void read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const;
+
+    const CornerFitSettings& settings() const { return settings_; }
+
+private:
+    bool step(double wall_angle, double gate, CornerFit& fit) const;
+    void choose_reach(CornerFit& fit) const;
+    void judge(const CornerFit& fit, EdgePiece& piece) const;
+    void update_blur(CornerFit& fit) const;
+
+    CameraModel model_;
+    CornerFitSettings settings_;
+    LightTable light_;
+};
+
+/// What the pieces say about each edge, for judging and drawing. A piece is seen if its step is where it should be within its own error and
+/// `tolerance` px.
+struct EdgeSupport {
+    double visible = 0;   // px inside the picture
+    double seen = 0;      // px of it that the picture confirms
+    double first = 1e9;   // px from the corner to the first that is seen
+    double last = 0;      // px from the corner to the end of the last that is seen
+    double strength = 0;  // mean contrast over its noise, of the seen
+    Eigen::Vector2d end = Eigen::Vector2d::Zero();  // px, of the last seen
+};
+std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance);
+
+}  // namespace roomfix

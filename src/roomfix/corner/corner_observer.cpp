@@ -1,0 +1,297 @@
+#include "roomfix/corner/corner_observer.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+std::optional<Eigen::Vector2d> corner_pixel(const CameraModel& model, const CornerView& view, double wall_angle) {
+    const auto rays = corner_rays(view, wall_angle);
+    if (!rays) return std::nullopt;
+    return project(model, rays->corner.homogeneous());
+}
+
+/// How unlikely a camera is that sees an edge which points up or down (unit, camera frame, +1: down) like this: people hold cameras upright.
+/// Half a squared number of standard deviations.
+double doubt_of_roll(const Eigen::Vector3d& vertical, double sign, double sigma) {
+    if (std::hypot(vertical.x(), vertical.y()) < 0.12) return 0;  // straight up or down: no roll
+    const double roll = std::atan2(std::abs(vertical.x()), sign * vertical.y());
+    return 0.5 * roll * roll / (sigma * sigma);
+}
+
+const char* const edge_names[] = {"x edge", "y edge", "walls' edge"};
+
+}  // namespace
+
+CornerObserver::CornerObserver(const CameraModel& model, const std::vector<double>& wall_angles, const CornerSettings& settings)
+    : model_(model),
+      settings_(settings),
+      finder_(settings.points),
+      line_search_(model, settings.lines),
+      search_(model, wall_angles, settings.search),
+      fitter_(model, settings.fit) {
+    // Lengths are stated for 640 px of width.
+    const double unit = model.width / 640.0;
+    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.largest_gap}) *length *= unit;
+    settings_.short_edge = std::max(settings_.short_edge, settings.fit.stretch);
+}
+
+void CornerObserver::observe(LumaView frame, const CornerHints& hints, CornerResult& result) {
+    result.corners.clear();
+    result.rejected.clear();
+    result.reason.clear();
+    result.predicted = false;
+    explanations_.clear();
+    if (frame.width < 48 || frame.height < 48) {
+        result.reason = fmt::format("a picture of {} x {} pixels is too small for a corner: 48 x 48 is the least", frame.width, frame.height);
+        return;
+    }
+    if (look_where_expected(frame, hints, result)) return;
+    look_everywhere(frame, hints, result);
+}
+
+bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hints, CornerResult& result) {
+    for (const CornerHints::Expected& expected : hints.expected) {
+        const double capture = 3 * expected.sigma;
+        if (capture > settings_.fit.widest_capture) continue;  // it may be anywhere: look everywhere
+        fit_.view = expected.view;
+        if (!fitter_.refine(frame, expected.wall_angle, capture, fit_)) continue;
+        const auto score = score_of(fit_, true);
+        if (!score) continue;
+        Explanation explanation;
+        std::swap(explanation.fit, fit_);
+        explanation.wall_angle = expected.wall_angle;
+        explanation.score = *score;
+        result.corners.push_back(observation_of(explanation));
+        std::swap(explanation.fit, fit_);
+    }
+    const double count = static_cast<double>(result.corners.size());
+    for (CornerObservation& corner : result.corners) corner.weight = 1 / count;
+    result.predicted = !result.corners.empty();
+    return result.predicted;
+}
+
+void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, CornerResult& result) {
+    finder_.find(frame, points_);
+    line_search_.find(points_, finder_.reduction(), lines_);
+    search_.find(lines_, hints.gravity, found_);
+    const std::size_t triples = found_.candidates.size();
+    refusal_.clear();
+    bool found = explain(frame, hints, result);
+    if (!found) {
+        search_.complete(frame, hints.gravity, found_);
+        found = explain(frame, hints, result);
+    }
+    if (found) return;
+    add_rejected({-1, -1, -1}, result);
+    if (points_.empty()) {
+        result.reason = "no corner: the picture is blank";
+    } else if (lines_.size() < 2) {
+        result.reason = fmt::format("no corner: {} in the picture, three that meet are needed", lines_.empty() ? "there is no straight line" : "there is one straight line");
+    } else if (found_.junctions.empty()) {
+        result.reason = fmt::format("no corner: none of the {} straight lines start at a common point inside the picture", lines_.size());
+    } else if (triples == 0 && found_.candidates.empty()) {
+        result.reason = "no corner: lines meet, but no three of them as two walls and a ceiling do when seen from inside the room";
+    } else {
+        result.reason = "no corner: " + (refusal_.empty() ? std::string("the best three lines fit none when looked at closely") : refusal_);
+    }
+}
+
+/// Reads the candidates' edges, fits the best of them to the end and reports what is left.
+bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerResult& result) {
+    explanations_.clear();
+    const std::size_t tried = std::min(found_.candidates.size(), settings_.most_tried);
+    for (std::size_t i = 0; i < tried; ++i) {
+        const CornerCandidate& candidate = found_.candidates[i];
+        Explanation explanation;
+        explanation.fit.view = candidate.view;
+        if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, explanation.fit)) continue;
+        const auto score = score_of(explanation.fit, false);
+        if (!score) continue;
+        explanation.doubt = doubt_of(explanation.fit.view, candidate.wall_angle, hints);
+        if (explanation.doubt > settings_.largest_doubt) {
+            refusal_ = "the likeliest three lines are a corner at the floor, or the camera lies on its side";
+            continue;
+        }
+        explanation.wall_angle = candidate.wall_angle;
+        explanation.score = *score - settings_.score_scale * explanation.doubt;
+        explanation.lines = candidate.lines;
+        explanations_.push_back(std::move(explanation));
+    }
+    const auto better = [](const Explanation& a, const Explanation& b) { return a.score > b.score; };
+    std::stable_sort(explanations_.begin(), explanations_.end(), better);
+    // The same corner from slightly different lines is one explanation.
+    for (std::size_t i = 0; i < explanations_.size(); ++i) {
+        const auto same = [&](const Explanation& other) {
+            const bool turned = (other.fit.view.corner_from_camera - explanations_[i].fit.view.corner_from_camera).norm() < 0.06;
+            const auto here = corner_pixel(model_, explanations_[i].fit.view, explanations_[i].wall_angle);
+            const auto there = corner_pixel(model_, other.fit.view, other.wall_angle);
+            return turned && here && there && (*here - *there).norm() < 3 && other.wall_angle == explanations_[i].wall_angle;
+        };
+        explanations_.erase(std::remove_if(explanations_.begin() + static_cast<std::ptrdiff_t>(i) + 1, explanations_.end(), same), explanations_.end());
+    }
+    if (explanations_.size() > settings_.most_refined) explanations_.resize(settings_.most_refined);
+    for (Explanation& explanation : explanations_) {
+        explanation.score = -1;
+        settle_height(frame, explanation);
+        if (!fitter_.finish(frame, explanation.wall_angle, explanation.fit)) continue;
+        if (const auto score = score_of(explanation.fit, true)) explanation.score = std::max(*score - settings_.score_scale * explanation.doubt, 0.0);
+    }
+    std::erase_if(explanations_, [](const Explanation& e) { return e.score < 0; });
+    if (explanations_.empty()) return false;
+    std::stable_sort(explanations_.begin(), explanations_.end(), better);
+
+    double sum = 0;
+    for (const Explanation& e : explanations_) sum += std::exp((e.score - explanations_[0].score) / settings_.score_scale);
+    for (const Explanation& e : explanations_) {
+        const double weight = std::exp((e.score - explanations_[0].score) / settings_.score_scale) / sum;
+        if (weight < settings_.least_weight) break;
+        result.corners.push_back(observation_of(e));
+        result.corners.back().weight = weight;
+    }
+    double kept = 0;
+    for (const CornerObservation& corner : result.corners) kept += corner.weight;
+    for (CornerObservation& corner : result.corners) corner.weight /= kept;
+    add_rejected(explanations_[0].lines, result);
+    return true;
+}
+
+/// What speaks against a camera that stands like this. A corner at the floor draws the same lines: where the camera would stand upright
+/// before that one, it is that one.
+double CornerObserver::doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const {
+    const Eigen::Matrix3d camera_from_corner = view.corner_from_camera.transpose();
+    const Eigen::Vector3d down = -camera_from_corner.col(2);
+    if (hints.gravity) {
+        const double off = std::acos(std::clamp(down.dot(hints.gravity->down), -1.0, 1.0)) / hints.gravity->sigma;
+        return 0.5 * off * off;
+    }
+    const double ceiling = doubt_of_roll(down, 1, settings_.roll_sigma);
+    const auto edges = edge_directions(wall_angle);
+    for (const CornerEdge edge : {x_edge, y_edge}) {
+        const Eigen::Vector3d up = camera_from_corner * edges[edge];
+        if (up.y() < 0 && doubt_of_roll(up, -1, settings_.roll_sigma) + 1 < ceiling) return 2 * settings_.largest_doubt;
+    }
+    return ceiling;
+}
+
+/// Pixels of edge that the picture confirms, less what is missing; nothing if that is no corner.
+std::optional<double> CornerObserver::score_of(const CornerFit& fit, bool final_fit) {
+    const auto support = edge_support(fit, final_fit ? settings_.straightness : 10);
+    const double unit = model_.width / 640.0;
+    std::array<double, 3> seen{};
+    double counted = 0;
+    double possible = 0;
+    double score = 0;
+    const double ease = final_fit ? 1.0 : 0.7;
+    for (std::size_t i = 0; i < 3; ++i) {
+        seen[i] = support[i].seen;
+        counted += std::min(support[i].seen, 200 * unit);
+        possible += std::min(support[i].visible, 200 * unit);
+        score += support[i].seen - 0.5 * std::min(support[i].visible - support[i].seen, 100 * unit) - std::min(support[i].first, 60 * unit);
+        if (support[i].first > settings_.largest_gap / ease) {
+            refusal_ = fmt::format("the {} is not seen near the corner", edge_names[i]);
+            return std::nullopt;
+        }
+    }
+    std::sort(seen.begin(), seen.end());
+    if (seen[2] < ease * settings_.long_edge || seen[1] < ease * settings_.second_edge || seen[0] < ease * settings_.short_edge) {
+        refusal_ = fmt::format("of the likeliest three lines only {:.0f}, {:.0f} and {:.0f} px are seen", seen[2], seen[1], seen[0]);
+        return std::nullopt;
+    }
+    if (counted < ease * settings_.least_seen * possible) {
+        refusal_ = fmt::format("only {:.0f} % of the likeliest three lines are seen", 100 * counted / possible);
+        return std::nullopt;
+    }
+    if (final_fit && fit.spread > settings_.largest_spread) {
+        refusal_ = "the likeliest three lines are not straight enough for edges of a room";
+        return std::nullopt;
+    }
+    return std::max(score / unit, 0.0);
+}
+
+/// Does the edge between the walls go on right above the explanation's corner, for `rise` (ceiling distances)?
+bool CornerObserver::continues_above(LumaView frame, const Explanation& lower, double rise) const {
+    const auto pixel = corner_pixel(model_, lower.fit.view, lower.wall_angle);
+    const auto upper = corner_pixel(model_, with_corner_raised(lower.fit.view, rise), lower.wall_angle);
+    if (!pixel || !upper) return false;
+    double below = 0;
+    int count = 0;
+    for (const EdgePiece& piece : lower.fit.pieces) {
+        if (piece.edge != wall_edge || !piece.seen || count == 4) continue;
+        below += piece.step.contrast;
+        ++count;
+    }
+    if (count == 0) return false;
+    // The pieces run down from the corner, this stretch down to it.
+    const LightTable light;
+    LightProfile profile;
+    EdgeStep step;
+    const LineStretch between{*upper + 0.15 * (*pixel - *upper), *pixel - 0.15 * (*pixel - *upper)};
+    if (!read_profile(frame, light, between, 5, 1, profile) || !fit_step(profile, lower.fit.blur[wall_edge], 5, StepModel::coarse, step)) return false;
+    const double mean = below / count;
+    return step.contrast * mean > 0.7 * mean * mean && std::abs(step.offset) < 1.5;
+}
+
+/// A moulding draws several edges on each wall, one above the other. The corner is where the edge between the walls ends: at the lowest of
+/// them.
+void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
+    CornerFit& fit = explanation.fit;
+    const double reach = LightProfile::widest;
+    fit.blur = {1, 1, 1};
+    fit.reach = {reach, reach, reach};
+    fit.length.fill(1.5 * settings_.fit.stretch);
+    fit.model.fill(StepModel::coarse);
+    fitter_.read(frame, explanation.wall_angle, 1, fit);
+    find_parallel_corners(fit, model_.height, settings_.parallel, parallels_);
+    // From the fit's own corner downwards: each lower one, unless the walls' edge goes on above it.
+    const CornerView before = fit.view;
+    const double own = 2.0 / model_.height;
+    for (const ParallelCorner& lower : parallels_) {
+        if (lower.rise > -own) break;
+        fit.view = with_corner_raised(before, lower.rise);
+        if (!continues_above(frame, explanation, -lower.rise)) return;
+    }
+    fit.view = before;
+}
+
+CornerObservation CornerObserver::observation_of(const Explanation& explanation) const {
+    const CornerFit& fit = explanation.fit;
+    CornerObservation observation;
+    observation.view = fit.view;
+    observation.wall_angle = explanation.wall_angle;
+    observation.covariance = fit.information.inverse() * std::max(1.0, fit.spread);
+    if (const auto pixel = corner_pixel(model_, fit.view, explanation.wall_angle)) observation.pixel = pixel->cast<float>();
+    const auto support = edge_support(fit, settings_.straightness);
+    for (std::size_t i = 0; i < 3; ++i) {
+        observation.edges[i].ends = {observation.pixel, support[i].end.cast<float>()};
+        observation.edges[i].visible = static_cast<float>(support[i].visible);
+        observation.edges[i].seen = static_cast<float>(support[i].seen);
+    }
+    return observation;
+}
+
+void CornerObserver::add_rejected(const std::array<int, 3>& used, CornerResult& result) const {
+    constexpr std::size_t most = 40;
+    for (std::size_t i = 0; i < lines_.size() && result.rejected.size() < most; ++i) {
+        if (std::find(used.begin(), used.end(), static_cast<int>(i)) != used.end()) continue;
+        const SceneLine& line = lines_[i];
+        int first = -1;
+        int last = -1;
+        for (int c = 0; c < SceneLine::cells; ++c) {
+            if (line.filled[static_cast<std::size_t>(c) + 1] == line.filled[static_cast<std::size_t>(c)]) continue;
+            if (first < 0) first = c;
+            last = c + 1;
+        }
+        const auto at = [&](int c) { return project(model_, (line.normal * line.distance + line.along() * (line.first + c * line.cell)).eval().homogeneous()); };
+        const auto from = at(first);
+        const auto to = at(last);
+        if (first >= 0 && from && to) result.rejected.push_back({from->cast<float>(), to->cast<float>()});
+    }
+}
+
+}  // namespace roomfix

@@ -1,0 +1,107 @@
+// A camera sees a room's corner: from a frame to the corner, or to all that it may be.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "roomfix/corner/corner_fit.hpp"
+#include "roomfix/corner/corner_search.hpp"
+#include "roomfix/corner/line_search.hpp"
+#include "roomfix/corner/parallel_edges.hpp"
+#include "roomfix/imaging/edge_points.hpp"
+#include "roomfix/observation/corner_observation.hpp"
+
+namespace roomfix {
+
+struct CornerSettings {
+    EdgePointSettings points;
+    LineSearchSettings lines;
+    CornerSearchSettings search;
+    CornerFitSettings fit;
+    ParallelSettings parallel;
+    double search_capture = 2;          // px: lines of the search are this exact
+    std::size_t most_tried = 8;         // candidates whose edges are read
+    std::size_t most_refined = 3;       // of them that are fitted to the end
+    double long_edge = 55;              // px at 640 px of width: the longest edge seen is no shorter,
+    double second_edge = 40;            // nor is the second,
+    double short_edge = 18;             // nor the third
+    double least_seen = 0.45;           // of the edges inside the picture, up to 200 px of each, this part must be seen
+    double straightness = 0.35;         // px: real edges bend this much
+    double largest_gap = 70;            // px from the corner to where an edge is seen first
+    double largest_spread = 12;         // of the pieces' offsets over their variances
+    double score_scale = 25;            // px of edges seen that make one of two explanations e times likelier
+    double roll_sigma = 0.17;           // rad: cameras are held upright, about
+    double largest_doubt = 6;           // half a squared number of standard deviations from that
+    double least_weight = 0.02;         // of an explanation that is reported
+};
+
+/// What is known besides the picture.
+struct CornerHints {
+    struct Expected {
+        CornerView view;
+        double wall_angle = std::numbers::pi / 2;
+        double sigma = 3;  // px, of where the edges are expected
+    };
+    std::vector<Expected> expected;  // from a prediction: looked for first, and nothing else if one of them is there
+    std::optional<Gravity> gravity;
+};
+
+/// A line of the picture that belongs to no corner, px.
+struct RejectedLine {
+    Eigen::Vector2f from = Eigen::Vector2f::Zero(), to = Eigen::Vector2f::Zero();
+};
+
+struct CornerResult {
+    std::vector<CornerObservation> corners;  // the likeliest first; weights add up to 1
+    std::vector<RejectedLine> rejected;
+    bool predicted = false;  // found where it was expected
+    std::string reason;      // why there is none; empty otherwise
+};
+
+class CornerObserver {
+public:
+    /// `wall_angles`: the angles between walls that the site's corners have, rad. Frames must have the model's size.
+    CornerObserver(const CameraModel& model, const std::vector<double>& wall_angles, const CornerSettings& settings = {});
+
+    /// No allocation in steady state where a corner is found at its expected place, as long as `result` is reused.
+    void observe(LumaView frame, const CornerHints& hints, CornerResult& result);
+
+    const CornerSettings& settings() const { return settings_; }
+
+private:
+    struct Explanation {
+        CornerFit fit;
+        double wall_angle = 0;
+        double score = 0;
+        double doubt = 0;  // see doubt_of()
+        std::array<int, 3> lines = {-1, -1, -1};
+    };
+    bool look_where_expected(LumaView frame, const CornerHints& hints, CornerResult& result);
+    void look_everywhere(LumaView frame, const CornerHints& hints, CornerResult& result);
+    bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
+    double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;
+    std::optional<double> score_of(const CornerFit& fit, bool final_fit);
+    bool continues_above(LumaView frame, const Explanation& lower, double rise) const;
+    void settle_height(LumaView frame, Explanation& explanation);
+    CornerObservation observation_of(const Explanation& explanation) const;
+    void add_rejected(const std::array<int, 3>& used, CornerResult& result) const;
+
+    CameraModel model_;
+    CornerSettings settings_;
+    EdgePointFinder finder_;
+    LineSearch line_search_;
+    CornerSearch search_;
+    CornerFitter fitter_;
+    std::string refusal_;  // why the last fit was no corner
+    // Working memory, kept between frames.
+    std::vector<EdgePoint> points_;
+    std::vector<SceneLine> lines_;
+    CornerSearchResult found_;
+    std::vector<Explanation> explanations_;
+    std::vector<ParallelCorner> parallels_;
+    CornerFit fit_;
+};
+
+}  // namespace roomfix

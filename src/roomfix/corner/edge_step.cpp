@@ -1,0 +1,175 @@
+#include "roomfix/corner/edge_step.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace roomfix {
+namespace {
+
+/// The step Phi(z) and the bell phi(z), tabulated.
+struct StepShape {
+    static constexpr int per_unit = 64;
+    static constexpr int reach = 6;
+    std::array<float, 2 * reach * per_unit + 1> step, bell;
+
+    StepShape() {
+        for (int i = 0; i < static_cast<int>(step.size()); ++i) {
+            const double z = static_cast<double>(i - reach * per_unit) / per_unit;
+            step[static_cast<std::size_t>(i)] = static_cast<float>(0.5 * std::erfc(-z / std::numbers::sqrt2));
+            bell[static_cast<std::size_t>(i)] = static_cast<float>(std::exp(-0.5 * z * z) / std::sqrt(2 * std::numbers::pi));
+        }
+    }
+    std::size_t at(float z) const {
+        const float place = std::clamp((z + reach) * per_unit + 0.5f, 0.0f, static_cast<float>(step.size() - 1));
+        return static_cast<std::size_t>(place);
+    }
+};
+const StepShape shape;
+
+constexpr int phases = 8;    // of the line's place between two pixels
+constexpr int columns = 48;  // across the line
+
+/// Pixels across a line, summed over all rows (or columns) in which the line lies in the same eighth of a pixel.
+struct PhaseSums {
+    std::array<std::array<std::uint16_t, columns>, phases> grey{};
+    std::array<std::uint16_t, phases> rows{};
+    std::array<float, phases> place{};  // sum over the rows of the line's place from the first pixel, px
+};
+
+}  // namespace
+
+LightTable::LightTable(double gamma) {
+    for (std::size_t i = 0; i < table_.size(); ++i) table_[i] = static_cast<float>(255 * std::pow(static_cast<double>(i) / 255, gamma));
+}
+
+bool read_profile(LumaView frame, const LightTable& light, const LineStretch& stretch, double reach, int skip, LightProfile& profile) {
+    profile.values.clear();
+    const Eigen::Vector2d step = stretch.to - stretch.from;
+    const bool steep = std::abs(step.y()) > std::abs(step.x());
+    // `a` runs along the picture's axis that is nearer to the line's direction, `b` across.
+    const auto along = [&](const Eigen::Vector2d& p) { return steep ? p.y() : p.x(); };
+    const auto across = [&](const Eigen::Vector2d& p) { return steep ? p.x() : p.y(); };
+    if (!(std::abs(along(step)) > 1e-9)) return false;
+    const double lean = across(stretch.normal());  // distance from the line per px across; its sign is the normal's
+    const double slope = across(step) / along(step);
+    const double half = std::min(reach, LightProfile::widest) / std::abs(lean);
+    const int first_column = -static_cast<int>(half);
+    const int width = std::min(2 * static_cast<int>(half) + 2, columns);
+    const int limit_along = steep ? frame.height : frame.width;
+    const int limit_across = steep ? frame.width : frame.height;
+    const double low = std::min(along(stretch.from), along(stretch.to));
+    const double high = std::max(along(stretch.from), along(stretch.to));
+    const int start = static_cast<int>(std::ceil(low));
+    const int end = std::min(static_cast<int>(std::ceil(high)), start + 250 * skip);  // sums stay below 65536
+    if (start < 0 || end > limit_along) return false;
+
+    PhaseSums sums;
+    double middle = across(stretch.from) + slope * (start - along(stretch.from));
+    for (int a = start; a < end; a += skip, middle += slope * skip) {
+        const int below = static_cast<int>(std::floor(middle));
+        const int first = below + first_column;
+        if (first < 0 || first + width > limit_across) return false;
+        const double part = middle - below;
+        const auto phase = static_cast<std::size_t>(part * phases);
+        std::uint16_t* grey = sums.grey[phase].data();
+        ++sums.rows[phase];
+        sums.place[phase] += static_cast<float>(part - first_column);
+        if (steep) {
+            const std::uint8_t* pixels = frame.row(a) + first;
+            for (int i = 0; i < width; ++i) grey[i] = static_cast<std::uint16_t>(grey[i] + pixels[i]);
+        } else {
+            const std::uint8_t* pixel = frame.row(first) + a;
+            for (int i = 0; i < width; ++i, pixel += frame.stride) grey[i] = static_cast<std::uint16_t>(grey[i] + *pixel);
+        }
+    }
+
+    struct Bin {
+        float count = 0, distance = 0, grey = 0;
+    };
+    constexpr int bins = LightProfile::most;
+    std::array<Bin, bins> binned{};
+    const float to_distance = static_cast<float>(lean);
+    for (std::size_t phase = 0; phase < phases; ++phase) {
+        if (sums.rows[phase] == 0) continue;
+        const float rows = sums.rows[phase];
+        float distance = -sums.place[phase] / rows * to_distance;
+        for (int i = 0; i < width; ++i, distance += to_distance) {
+            const int index = static_cast<int>(distance * static_cast<float>(1 / LightProfile::bin) + 0.5f * bins);
+            if (index < 0 || index >= bins) continue;
+            Bin& bin = binned[static_cast<std::size_t>(index)];
+            bin.count += rows;
+            bin.distance += rows * distance;
+            bin.grey += sums.grey[phase][static_cast<std::size_t>(i)];
+        }
+    }
+    for (const Bin& bin : binned) {
+        if (bin.count > 0) profile.values.push_back({bin.distance / bin.count, light[bin.grey / bin.count], bin.count});
+    }
+    return true;
+}
+
+bool fit_step(const LightProfile& profile, double blur, double reach, StepModel model, EdgeStep& step) {
+    // Columns: 1, distance, step, its change with the offset and with the blur, a change of slope; last the light itself. Single precision
+    // is enough once the mean light is taken away, and the sums run over whole vectors of it.
+    constexpr int unknowns = 6;
+    constexpr int columns_in_all = unknowns + 1;
+    using Column = Eigen::Array<float, LightProfile::most, 1>;
+    std::array<Column, columns_in_all> design;
+    Column weight = Column::Zero();
+    for (Column& column : design) column.setZero();
+    const float inverse_blur = static_cast<float>(1 / blur);
+    const float square_blur = static_cast<float>(blur * blur);
+    const float limit = static_cast<float>(reach);
+    int used = 0;
+    float mean = 0;
+    float total = 0;
+    for (const LightAt& at : profile.values) {
+        const float d = at.distance;
+        if (std::abs(d) > limit) continue;
+        const float z = d * inverse_blur;
+        const std::size_t i = shape.at(z);
+        const float bell = shape.bell[i] * inverse_blur;
+        design[0][used] = 1;
+        design[1][used] = d;
+        design[2][used] = shape.step[i];
+        design[3][used] = -bell;
+        design[4][used] = -bell * z;
+        design[5][used] = d * shape.step[i] + bell * square_blur;
+        design[6][used] = at.light;
+        weight[used] = at.count;
+        mean += at.count * at.light;
+        total += at.count;
+        ++used;
+    }
+    if (used < (model == StepModel::full ? 10 : 7)) return false;
+    mean /= total;
+    design[6].head(used) -= mean;
+    using Square = Eigen::Matrix<double, unknowns, unknowns>;
+    using Row = Eigen::Matrix<double, unknowns, 1>;
+    Square normal;
+    Row right;
+    for (int i = 0; i < unknowns; ++i) {
+        const Column weighted = weight * design[static_cast<std::size_t>(i)];
+        for (int j = i; j < unknowns; ++j) normal(j, i) = normal(i, j) = static_cast<double>((weighted * design[static_cast<std::size_t>(j)]).sum());
+        right[i] = static_cast<double>((weighted * design[unknowns]).sum());
+    }
+    const double squares = static_cast<double>((weight * design[unknowns].square()).sum());
+    normal.diagonal() += Row::Constant(1e-6);
+    if (model != StepModel::full) normal(4, 4) = normal(5, 5) = 1e12;
+    if (model == StepModel::coarse) normal(1, 1) = 1e12;
+    const int free = model == StepModel::full ? unknowns : model == StepModel::plain ? 4 : 3;
+    const Eigen::LDLT<Square> solver(normal);
+    const Row fit = solver.solve(right);
+    step.noise = std::max(squares - fit.dot(right), 1e-4) / (used - free);
+    step.contrast = fit[2];
+    step.contrast_sigma = std::sqrt(step.noise * solver.solve(Row::Unit(2))[2]);
+    step.offset = fit[3] / fit[2];
+    step.variance = step.noise * solver.solve(Row::Unit(3))[3] / (fit[2] * fit[2]);
+    step.blur = blur + fit[4] / fit[2];
+    step.blur_variance = step.noise * solver.solve(Row::Unit(4))[4] / (fit[2] * fit[2]);
+    return std::isfinite(step.offset) && std::isfinite(step.variance) && step.variance > 0;
+}
+
+}  // namespace roomfix

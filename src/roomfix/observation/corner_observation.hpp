@@ -1,0 +1,39 @@
+// What a camera says about a room's corner that it sees.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <numbers>
+
+namespace roomfix {
+
+using Matrix5d = Eigen::Matrix<double, 5, 5>;
+using Vector5d = Eigen::Matrix<double, 5, 1>;
+
+/// The camera against a corner, up to scale: all that one picture of a corner can tell. Corner frame: origin where the two walls meet
+/// the ceiling, x along the corner's x edge, z up, y to the left of x.
+struct CornerView {
+    Eigen::Matrix3d corner_from_camera = Eigen::Matrix3d::Identity();
+    Eigen::Vector2d place = Eigen::Vector2d::Zero();  // the camera is at Z_c (place.x, place.y, -1), Z_c its distance to the ceiling
+};
+
+/// The three edges of a corner, in this order everywhere.
+enum CornerEdge { x_edge = 0, y_edge = 1, wall_edge = 2 };
+
+/// One edge of the corner in the picture.
+struct EdgeSighting {
+    std::array<Eigen::Vector2f, 2> ends = {Eigen::Vector2f::Zero(), Eigen::Vector2f::Zero()};  // px: at the corner, and as far as it is seen
+    float visible = 0;                                                                         // px of it inside the picture
+    float seen = 0;                                                                            // px of that which the picture confirms
+};
+
+struct CornerObservation {
+    CornerView view;
+    double wall_angle = std::numbers::pi / 2;   // rad, between the two walls, inside the room
+    Matrix5d covariance = Matrix5d::Identity();  // rotation about the corner's x, y, z (rad): true = Exp(d) * corner_from_camera; then place
+    double weight = 1;                           // among all that one picture may show
+    Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
+    std::array<EdgeSighting, 3> edges;
+};
+
+}  // namespace roomfix
