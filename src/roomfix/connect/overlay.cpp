@@ -114,4 +114,38 @@ Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView fr
     return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
 }
 
+Result<void> save_corner_overlay(const std::filesystem::path& file, LumaView frame, const CornerOverlay& overlay, int zoom) {
+    try {
+        const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
+        cv::Mat large;
+        cv::cvtColor(grey, large, cv::COLOR_GRAY2BGR);
+        cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
+        const auto place = [&](const Eigen::Vector2f& p) {
+            const float half = 0.5f;
+            const float scale = static_cast<float>(zoom);
+            return cv::Point(static_cast<int>(16 * ((p.x() + half) * scale - half)), static_cast<int>(16 * ((p.y() + half) * scale - half)));
+        };
+        cv::Mat faint = large.clone();
+        for (const RejectedLine& line : overlay.rejected) cv::line(faint, place(line.from), place(line.to), lamp_colour, 1, cv::LINE_AA, 4);
+        cv::addWeighted(faint, 0.35, large, 0.65, 0, large);
+        LabelWriter label_writer;
+        if (overlay.corner) {
+            for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+                const auto& ends = overlay.corner->edges[edge].ends;
+                cv::line(large, place(ends[0]), place(ends[1]), edge == wall_edge ? heading_colour : outline_colour, 2, cv::LINE_AA, 4);
+            }
+            const cv::Point middle = place(overlay.corner->pixel);
+            cv::circle(large, middle, 5 * 16, {255, 255, 255}, 1, cv::LINE_AA, 4);
+            if (!overlay.name.empty()) label_writer.write_above(large, cv::Rect(middle.x, middle.y - 8 * 16, 1, 1), overlay.name);
+        }
+        if (!overlay.caption.empty()) {
+            cv::rectangle(large, cv::Rect(0, large.rows - 18, large.cols, 18), {40, 40, 40}, cv::FILLED);
+            cv::putText(large, overlay.caption, {6, large.rows - 5}, cv::FONT_HERSHEY_SIMPLEX, 0.4, {255, 255, 255}, 1, cv::LINE_AA);
+        }
+        if (cv::imwrite(file.string(), large)) return {};
+    } catch (const cv::Exception&) {
+    }
+    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+}
+
 }  // namespace roomfix

@@ -3,10 +3,12 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/corner/corner_observer.hpp"
 #include "roomfix/geometry/view.hpp"
 #include "roomfix/imaging/bit_mask.hpp"
 #include "roomfix/imaging/luma.hpp"
@@ -37,5 +39,16 @@ struct CeilingOverlay {
 
 /// Writes the frame, enlarged `zoom` times, with what was seen in it as PNG or JPEG.
 Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom = 2);
+
+/// What a camera that looks for corners saw: the corner's three edges, and lines that are none of it.
+struct CornerOverlay {
+    std::optional<CornerObservation> corner;
+    std::string name;
+    std::vector<RejectedLine> rejected;
+    std::string caption;  // along the lower edge
+};
+
+/// Writes the frame, enlarged `zoom` times, with what was seen in it as PNG or JPEG.
+Result<void> save_corner_overlay(const std::filesystem::path& file, LumaView frame, const CornerOverlay& overlay, int zoom = 1);
 
 }  // namespace roomfix

@@ -33,29 +33,28 @@ std::vector<Chou1986Parameters> chou1986_closed_form(const std::array<Chou1986Li
 std::optional<CornerView> chou1986_view(const CornerRays& rays);
 
 struct Chou1986Settings {
-    double edge_threshold = 0.18;     // of the strongest Sobel response: the paper says "a threshold value"
-    double angle_step = 1;            // deg, of the cell array H
-    double distance_step = 1;         // px
-    int least_votes = 40;             // of a line (section 3.2)
-    std::size_t most_lines = 16;      // with the most votes
-    double end_gap = 12;              // px: check 1, end points that are "very close"
-    double crossing_gap = 6;          // px: check 2, crossings that are
-    double border_gap = 20;           // px: check 3, an end point "close to the image boundary"
-    double point_gap = 2;             // px: edge points of a line lie this close to it
-};
-
-/// What was found in a picture, px, for drawing.
-struct Chou1986Lines {
-    CornerRays rays;  // before the lens was undone: the paper's u, v divided by f
+    double edge_threshold = 0.12;  // of the strongest Sobel response: the paper says "a threshold value"
+    int most_points = 12000;       // a picture with more edge points gets a higher threshold
+    double least_votes = 40;       // of a line (section 3.2)
+    std::size_t most_lines = 16;   // with the most votes
+    double largest_break = 12;     // px: gaps in a line's points that do not end it
+    double end_gap = 20;           // px: check 1, end points that are "very close"
+    double crossing_gap = 8;       // px: check 2, crossings that are
+    double border_gap = 25;        // px: check 3, an end point "close to the image boundary"
+    double point_gap = 2;          // px: edge points of a line lie this close to it
 };
 
 class Chou1986 {
 public:
-    /// The paper knows one focal length and an image centre; distortion is corrected beforehand.
-    explicit Chou1986(const CameraModel& model, const Chou1986Settings& settings = {});
+    /// The paper knows one focal length and an image centre, and corrects the lens's distortion beforehand (section 4.1): here, of the edge
+    /// points.
+    explicit Chou1986(const CameraModel& model, const Chou1986Settings& settings = {}) : model_(model), settings_(settings) {}
 
-    /// From a picture to the camera's place in units of its distance to the ceiling. `reason`, if given, tells why there is none.
-    std::optional<CornerView> locate(LumaView frame, std::string* reason = nullptr);
+    /// Section 3: the half-lines of the X, Y and Z axes. Nothing if no three lines pass the checks; `reason`, if given, tells why.
+    std::optional<CornerRays> find_lines(LumaView frame, std::string* reason = nullptr) const;
+
+    /// From a picture to the camera's place in units of its distance to the ceiling.
+    std::optional<CornerView> locate(LumaView frame, std::string* reason = nullptr) const;
 
 private:
     CameraModel model_;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,7 @@ struct Fix {
     std::string image;   // the picture it comes from, if it comes from one
     std::string reason;  // for status none, in plain words
     std::vector<PoseHypothesis> hypotheses;
+    std::optional<Eigen::Isometry3d> map_from_camera;  // of a fix that is a camera's whole pose
 };
 
 }  // namespace roomfix

@@ -88,7 +88,7 @@ std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& no
         return Mount{*robot, {*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value()};
     }
     KnownHeight known;
-    known.height = reader.number(node["height"], inner, 0.001, tallest).value_or(1);
+    known.height = reader.number(node["height"], inner, 0, tallest).value_or(1);
     known.sigma = reader.number(node["height_sigma"], what + ".height_sigma", 1e-6, 10).value_or(known.sigma);
     known.robot = reader.text(node["robot"], what + ".robot").value_or("");
     return known;
@@ -267,17 +267,25 @@ void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& 
     site.landmarks.push_back(landmark);
 }
 
+void read_corner(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
+    const std::string what = "corners." + id;
+    if (!reader.map(node, what, {"position", "yaw_deg", "angle_deg", "sigma"})) return;
+    SiteCorner corner{id};
+    const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
+    corner.position = position.value_or(corner.position);
+    corner.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
+    corner.wall_angle = radians(reader.number(node["angle_deg"], what + ".angle_deg", 20, 160).value_or(90));
+    corner.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(corner.sigma);
+    if (position && !(position->z() > 0)) {
+        reader.error(node["position"], fmt::format("{}.position: z is {}: a corner under the ceiling is that high above the floor, in metres", what, position->z()));
+    }
+    site.corners.push_back(corner);
+}
+
 void read_installed(YamlReader& reader, const YAML::Node& root, Site& site) {
     for (const auto& [id, node] : reader.named(root["beacons"], "beacons")) read_beacon(reader, id, node, site);
     for (const auto& [id, node] : reader.named(root["landmarks"], "landmarks")) read_landmark(reader, id, node, site);
-    for (const auto& [id, node] : reader.named(root["corners"], "corners")) {
-        const std::string what = "corners." + id;
-        if (!reader.map(node, what, {"position", "yaw_deg"})) continue;
-        SiteCorner corner{id};
-        corner.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(corner.position);
-        corner.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
-        site.corners.push_back(corner);
-    }
+    for (const auto& [id, node] : reader.named(root["corners"], "corners")) read_corner(reader, id, node, site);
 }
 
 void read_outputs(YamlReader& reader, const YAML::Node& node, Site& site) {
@@ -313,6 +321,18 @@ void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
     }
 }
 
+/// A camera of known height looks up to corners.
+void check_height(YamlReader& reader, const YAML::Node& node, const SiteCamera& camera, const KnownHeight& known, const Site& site) {
+    if (site.corners.empty()) {
+        reader.warn(node["height"], fmt::format("cameras.{} has only a height: without 'corners' in the file nothing can place it", camera.id));
+    }
+    for (const SiteCorner& corner : site.corners) {
+        if (corner.position.z() > known.height + 0.01) continue;
+        reader.error(node["height"], fmt::format("cameras.{}.height is {} m, but corner {} is {} m high: the camera must be below the ceiling", camera.id,
+                                                 known.height, corner.id, corner.position.z()));
+    }
+}
+
 /// Names that point nowhere, and what the file as a whole lacks.
 void check_references(YamlReader& reader, const YAML::Node& root, const Site& site) {
     const auto robot_known = [&](const std::string& id) {
@@ -326,6 +346,7 @@ void check_references(YamlReader& reader, const YAML::Node& root, const Site& si
         if (!robot.empty() && !robot_known(robot)) {
             reader.error(node, fmt::format("cameras.{}: there is no robot '{}' under robots", camera.id, robot));
         }
+        if (const auto* height = std::get_if<KnownHeight>(&camera.placement)) check_height(reader, node, camera, *height, site);
         if (const auto* known = std::get_if<KnownPose>(&camera.placement); known && !known->has_covariance) {
             reader.warn(node["pose"], fmt::format("cameras.{}.pose has no covariance: the fixes' uncertainty leaves the calibration out", camera.id));
         }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <variant>
@@ -101,10 +102,13 @@ struct SiteBeacon {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     std::string address;  // what the beacon calls itself, if not its id
 };
+/// Where two walls meet the ceiling, or a moulding's lower edge.
 struct SiteCorner {
     std::string id;
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();
-    double yaw = 0;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
+    double yaw = 0;                                      // rad, of its x edge: along one wall into the room
+    double wall_angle = std::numbers::pi / 2;            // rad: its y edge runs so far to the left of the x edge
+    double sigma = 0.005;                                // m: how well each coordinate of its position is known
 };
 
 struct WebOutput {

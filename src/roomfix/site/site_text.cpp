@@ -123,7 +123,10 @@ std::string site_text(const Site& site) {
     if (!site.landmarks.empty()) text += "landmarks:\n";
     for (const auto& l : site.landmarks) text += landmark_text(l);
     if (!site.corners.empty()) text += "corners:\n";
-    for (const auto& c : site.corners) text += fmt::format("  {}: {{position: {}, yaw_deg: {}}}\n", c.id, list_text(c.position), number_text(degrees(c.yaw)));
+    for (const auto& c : site.corners) {
+        text += fmt::format("  {}: {{position: {}, yaw_deg: {}, angle_deg: {}, sigma: {}}}\n", c.id, list_text(c.position), number_text(degrees(c.yaw)),
+                            number_text(degrees(c.wall_angle)), number_text(c.sigma));
+    }
     if (site.outputs.web || !site.outputs.jsonl.empty()) {
         text += "outputs:\n";
         if (site.outputs.web) text += fmt::format("  web: {{host: {}, port: {}}}\n", site.outputs.web->host, site.outputs.web->port);

@@ -1,0 +1,271 @@
+#include "roomfix/corner/corner_locator.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "roomfix/geometry/view.hpp"
+
+namespace roomfix {
+namespace {
+
+Eigen::Matrix3d map_from_corner(const SiteCorner& corner) { return Eigen::AngleAxisd(corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix(); }
+
+/// Does a wall stand between two places? Walls that end at `to`, a corner, do not.
+bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    const Eigen::Vector2d end = from + 0.97 * (to - from);
+    const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
+        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x()) > 0;
+    };
+    for (const Polyline& line : walls) {
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            if (side(from, end, line[i - 1]) != side(from, end, line[i]) && side(line[i - 1], line[i], from) != side(line[i - 1], line[i], end)) return true;
+        }
+    }
+    return false;
+}
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+    const Eigen::AngleAxisd turn(rotation);
+    return turn.angle() * turn.axis();
+}
+
+}  // namespace
+
+Result<CornerLocator> CornerLocator::for_camera(const Site& site, const SiteCamera& camera, const CornerLocatorSettings& settings) {
+    CornerLocator locator(site, camera, settings);
+    std::string robot;
+    double height = 0;
+    if (const auto* known = std::get_if<KnownHeight>(&camera.placement)) {
+        robot = known->robot;
+        height = known->height;
+    } else if (const auto* mount = std::get_if<Mount>(&camera.placement)) {
+        robot = mount->robot;
+        height = mount->robot_from_camera.pose.translation().z();
+    } else {
+        return Error{fmt::format("camera {} stands still in the map: a camera that looks for corners has 'height' or 'mount'", camera.id)};
+    }
+    if (site.corners.empty()) return Error{fmt::format("camera {} looks for corners, but the site has none: measure one and add it under 'corners'", camera.id)};
+    for (const SiteCorner& corner : site.corners) {
+        if (corner.position.z() <= height) {
+            return Error{fmt::format("corner {} is {} m high and camera {} is {} m high: the camera must be below the ceiling", corner.id, corner.position.z(),
+                                     camera.id, height)};
+        }
+    }
+    for (std::size_t i = 0; i < site.robots.size(); ++i) {
+        if (!robot.empty() && site.robots[i].id == robot) locator.robot_ = static_cast<int>(i);
+    }
+    return locator;
+}
+
+std::vector<double> CornerLocator::wall_angles() const {
+    std::vector<double> angles;
+    for (const SiteCorner& corner : site_.corners) {
+        const bool known = std::any_of(angles.begin(), angles.end(), [&](double a) { return std::abs(a - corner.wall_angle) < 1e-6; });
+        if (!known) angles.push_back(corner.wall_angle);
+    }
+    return angles;
+}
+
+CornerView CornerLocator::view_of(const Eigen::Isometry3d& map_from_camera, const SiteCorner& corner) const {
+    const Eigen::Matrix3d corner_from_map = map_from_corner(corner).transpose();
+    const Eigen::Vector3d from_corner = corner_from_map * (map_from_camera.translation() - corner.position);
+    return {corner_from_map * map_from_camera.linear(), from_corner.head<2>() / -from_corner.z()};
+}
+
+CornerHints CornerLocator::expected(const CameraHints& hints) const {
+    CornerHints observer;
+    const auto* mount = std::get_if<Mount>(&camera_.placement);
+    if (mount) {
+        const double tilt = std::sqrt(mount->robot_from_camera.covariance(3, 3) + mount->robot_from_camera.covariance(4, 4));
+        observer.gravity = Gravity{mount->robot_from_camera.pose.linear().transpose() * -Eigen::Vector3d::UnitZ(),
+                                   std::max(mount->has_covariance ? tilt : settings_.unknown_tilt, 0.005)};
+    }
+    if (!hints.prediction || !mount) return observer;
+    const Eigen::Isometry3d map_from_camera = map_from_robot(hints.prediction->pose) * mount->robot_from_camera.pose;
+    const View view{camera_.model, {map_from_camera, Matrix6d::Zero()}};
+    for (const SiteCorner& corner : site_.corners) {
+        const Eigen::Vector2d to_corner = corner.position.head<2>() - map_from_camera.translation().head<2>();
+        const auto pixel = project_map_point(view, corner.position);
+        if (!pixel || !camera_.model.contains(*pixel, 6) || wall_between(site_.walls, map_from_camera.translation().head<2>(), corner.position.head<2>())) continue;
+        const CornerView seen = view_of(map_from_camera, corner);
+        if (!is_inside(seen, corner.wall_angle)) continue;
+        const Eigen::Matrix3d& p = hints.prediction->covariance;
+        const double angle = std::sqrt(p(2, 2) + (p(0, 0) + p(1, 1)) / std::max(to_corner.squaredNorm(), 0.01));
+        observer.expected.push_back({seen, corner.wall_angle, std::max(1.0, camera_.model.fx * angle)});
+    }
+    return observer;
+}
+
+/// A camera of known height: rotation and place are what was seen, scaled by the distance to the ceiling.
+std::optional<CameraPlace> CornerLocator::on_tripod(const CornerObservation& seen, const SiteCorner& corner, const KnownHeight& known) const {
+    const double distance = corner.position.z() - known.height;
+    const Eigen::Matrix3d turn = map_from_corner(corner);
+    CameraPlace place;
+    Eigen::Isometry3d& pose = place.map_from_camera.pose;
+    pose.linear() = turn * seen.view.corner_from_camera;
+    const Eigen::Vector3d offset(seen.view.place.x(), seen.view.place.y(), -1);
+    pose.translation() = corner.position + turn * (distance * offset);
+    // Errors: what was seen (rotation, place), the camera's height, the corner's position.
+    Eigen::Matrix<double, 6, 9> by = Eigen::Matrix<double, 6, 9>::Zero();
+    by.block<3, 3>(3, 0) = turn;
+    by.block<3, 2>(0, 3) = distance * turn.leftCols<2>();
+    const Eigen::Vector3d sideways = turn * Eigen::Vector3d(offset.x(), offset.y(), 0);
+    by.block<3, 1>(0, 5) = Eigen::Vector3d::UnitZ() - sideways;
+    by.block<2, 2>(0, 6) = Eigen::Matrix2d::Identity();
+    by.block<3, 1>(0, 8) = sideways;
+    Eigen::Matrix<double, 9, 9> errors = Eigen::Matrix<double, 9, 9>::Zero();
+    errors.topLeftCorner<5, 5>() = seen.covariance;
+    errors(5, 5) = known.sigma * known.sigma;
+    errors.diagonal().tail<3>().setConstant(corner.sigma * corner.sigma);
+    place.map_from_camera.covariance = by * errors * by.transpose();
+
+    const Eigen::Vector3d axis = pose.linear().col(2);
+    const double level = axis.head<2>().squaredNorm();
+    place.yaw_known = level > 1e-4;
+    place.pose = {pose.translation().x(), pose.translation().y(), std::atan2(axis.y(), axis.x())};
+    Eigen::Matrix<double, 3, 6> to_pose = Eigen::Matrix<double, 3, 6>::Zero();
+    to_pose(0, 0) = to_pose(1, 1) = 1;
+    to_pose.row(2).tail<3>() << -axis.z() * axis.x() / std::max(level, 1e-4), -axis.z() * axis.y() / std::max(level, 1e-4), 1;
+    place.covariance = to_pose * place.map_from_camera.covariance * to_pose.transpose();
+    return place;
+}
+
+/// A camera on a robot: the mount knows its tilt and height, so that three unknowns are left for five measurements.
+std::optional<CameraPlace> CornerLocator::on_robot(const CornerObservation& seen, const SiteCorner& corner, const Mount& mount, double& misfit) const {
+    const Eigen::Isometry3d& robot_from_camera = mount.robot_from_camera.pose;
+    const Eigen::Matrix3d turn = map_from_corner(corner);
+    const double distance = corner.position.z() - robot_from_camera.translation().z();
+    Matrix6d mount_error = mount.robot_from_camera.covariance;
+    if (!mount.has_covariance) {
+        mount_error.setZero();
+        mount_error.diagonal() << 1e-5, 1e-5, 1e-5, settings_.unknown_tilt * settings_.unknown_tilt, settings_.unknown_tilt * settings_.unknown_tilt, 1e-6;
+    }
+    // Start: the heading that the seen rotation has, the place that the seen place has.
+    const Eigen::Matrix3d map_from_camera = turn * seen.view.corner_from_camera;
+    const Eigen::Matrix3d robot = map_from_camera * robot_from_camera.linear().transpose();
+    CameraPlace place;
+    place.pose.yaw = std::atan2(robot(1, 0), robot(0, 0));
+    const Eigen::Vector3d camera = corner.position + turn * (distance * Eigen::Vector3d(seen.view.place.x(), seen.view.place.y(), -1));
+    Eigen::Vector3d arm = map_from_robot(place.pose).linear() * robot_from_camera.translation();
+    place.pose.x = camera.x() - arm.x();
+    place.pose.y = camera.y() - arm.y();
+    for (int round = 0; round < 3; ++round) {
+        const Eigen::Isometry3d map_from_robot_now = map_from_robot(place.pose);
+        const CornerView predicted = view_of(map_from_robot_now * robot_from_camera, corner);
+        Vector5d off;
+        off.head<3>() = rotation_vector(seen.view.corner_from_camera * predicted.corner_from_camera.transpose());
+        off.tail<2>() = seen.view.place - predicted.place;
+        arm = map_from_robot_now.linear() * robot_from_camera.translation();
+        const Eigen::Matrix<double, 2, 3> place_by_map = turn.leftCols<2>().transpose() / distance;
+        Eigen::Matrix<double, 5, 3> by_pose = Eigen::Matrix<double, 5, 3>::Zero();
+        by_pose(2, 2) = 1;
+        by_pose.block<2, 2>(3, 0) = place_by_map.leftCols<2>();
+        by_pose.block<2, 1>(3, 2) = place_by_map * Eigen::Vector3d::UnitZ().cross(arm);
+        // The mount's error, fixed axes of the robot: it moves the camera and turns it. Raising the camera shortens the distance.
+        Eigen::Matrix<double, 5, 6> by_mount = Eigen::Matrix<double, 5, 6>::Zero();
+        by_mount.block<3, 3>(0, 3) = turn.transpose() * map_from_robot_now.linear();
+        by_mount.block<2, 3>(3, 0) = place_by_map * map_from_robot_now.linear();
+        by_mount.block<2, 1>(3, 2) += predicted.place / distance;
+        Eigen::Matrix<double, 5, 3> by_corner = Eigen::Matrix<double, 5, 3>::Zero();
+        by_corner.block<2, 2>(3, 0) = -place_by_map.leftCols<2>();
+        by_corner.block<2, 1>(3, 2) = -predicted.place / distance;
+        const Matrix5d noise =
+            seen.covariance + by_mount * mount_error * by_mount.transpose() + corner.sigma * corner.sigma * by_corner * by_corner.transpose();
+        const Eigen::LLT<Matrix5d> noise_solver(noise);
+        const Eigen::Matrix3d information = by_pose.transpose() * noise_solver.solve(by_pose);
+        const Eigen::Vector3d move = information.ldlt().solve(by_pose.transpose() * noise_solver.solve(off));
+        if (!move.allFinite()) return std::nullopt;
+        place.pose.x += move.x();
+        place.pose.y += move.y();
+        place.pose.yaw = wrap_angle(place.pose.yaw + move.z());
+        place.covariance = information.inverse();
+        const Vector5d left = off - by_pose * move;
+        misfit = left.dot(noise_solver.solve(left));
+    }
+    place.map_from_camera.pose = map_from_robot(place.pose) * robot_from_camera;
+    const Eigen::Matrix3d turned = map_from_robot(place.pose).linear();
+    Eigen::Matrix<double, 6, 3> by = Eigen::Matrix<double, 6, 3>::Zero();
+    by(0, 0) = by(1, 1) = by(5, 2) = 1;
+    by.block<3, 1>(0, 2) = Eigen::Vector3d::UnitZ().cross(turned * robot_from_camera.translation());
+    Matrix6d turned_mount = Matrix6d::Zero();
+    turned_mount.topLeftCorner<3, 3>() = turned * mount_error.topLeftCorner<3, 3>() * turned.transpose();
+    turned_mount.bottomRightCorner<3, 3>() = turned * mount_error.bottomRightCorner<3, 3>() * turned.transpose();
+    place.map_from_camera.covariance = by * place.covariance * by.transpose() + turned_mount;
+    return place;
+}
+
+std::optional<CameraPlace> CornerLocator::stand_at(const CornerObservation& seen, const SiteCorner& corner, double& misfit) const {
+    misfit = 0;
+    if (const auto* known = std::get_if<KnownHeight>(&camera_.placement)) return on_tripod(seen, corner, *known);
+    return on_robot(seen, corner, std::get<Mount>(camera_.placement), misfit);
+}
+
+/// Logarithm, up to a constant.
+double CornerLocator::hint_likelihood(const CameraPlace& place, const CameraHints& hints) const {
+    double log = 0;
+    if (hints.heading && place.yaw_known) {
+        const double off = wrap_angle(std::atan2(place.map_from_camera.pose.linear()(1, 2), place.map_from_camera.pose.linear()(0, 2)) - hints.heading->yaw);
+        log -= 0.5 * off * off / (hints.heading->sigma * hints.heading->sigma);
+    }
+    if (hints.prediction) {
+        const Pose2& expected = hints.prediction->pose;
+        const Eigen::Vector3d off(place.pose.x - expected.x, place.pose.y - expected.y, wrap_angle(place.pose.yaw - expected.yaw));
+        const Eigen::Matrix3d spread = hints.prediction->covariance + place.covariance;
+        log -= 0.5 * off.dot(spread.ldlt().solve(off));
+    }
+    if (robot_ >= 0 && site_.robots[static_cast<std::size_t>(robot_)].receiver) {
+        const Eigen::Vector3d ear = map_from_robot(place.pose) * site_.robots[static_cast<std::size_t>(robot_)].receiver->position;
+        for (const RangeObservation& range : hints.ranges) {
+            const double known = (site_.beacons[static_cast<std::size_t>(range.beacon)].position - ear).norm();
+            const double sigma = std::sqrt(range.sigma * range.sigma + place.covariance(0, 0) + place.covariance(1, 1));
+            log += range_likelihood(range.range - known, sigma, settings_.late).log_density;
+        }
+    }
+    return log;
+}
+
+void CornerLocator::locate(std::span<const CornerObservation> seen, const CameraHints& hints, LocatedCamera& result) const {
+    result.places.clear();
+    result.reason.clear();
+    std::vector<double> scores;
+    bool behind_walls = false;
+    for (std::size_t o = 0; o < seen.size(); ++o) {
+        for (std::size_t c = 0; c < site_.corners.size(); ++c) {
+            const SiteCorner& corner = site_.corners[c];
+            if (hints.corner >= 0 && hints.corner != static_cast<int>(c)) continue;
+            if (std::abs(corner.wall_angle - seen[o].wall_angle) > 1e-6) continue;
+            double misfit = 0;
+            auto place = stand_at(seen[o], corner, misfit);
+            if (!place || misfit > settings_.largest_misfit) continue;
+            if (wall_between(site_.walls, place->map_from_camera.pose.translation().head<2>(), corner.position.head<2>())) {
+                behind_walls = true;
+                continue;
+            }
+            place->corner = static_cast<int>(c);
+            place->observation = static_cast<int>(o);
+            scores.push_back(std::log(seen[o].weight) - 0.5 * misfit + hint_likelihood(*place, hints));
+            result.places.push_back(*place);
+        }
+    }
+    if (result.places.empty()) {
+        if (!seen.empty()) {
+            result.reason = behind_walls ? "a corner is seen, but from any corner of the site the camera would stand behind a wall"
+                                         : "a corner is seen, but it fits none of the site's: check their heights, angles and the camera's mount";
+        }
+        return;
+    }
+    const double best = *std::max_element(scores.begin(), scores.end());
+    double sum = 0;
+    for (std::size_t i = 0; i < scores.size(); ++i) sum += result.places[i].weight = std::exp(scores[i] - best);
+    std::erase_if(result.places, [&](const CameraPlace& p) { return p.weight < settings_.least_weight * sum; });
+    std::stable_sort(result.places.begin(), result.places.end(), [](const CameraPlace& a, const CameraPlace& b) { return a.weight > b.weight; });
+    double kept = 0;
+    for (const CameraPlace& p : result.places) kept += p.weight;
+    for (CameraPlace& p : result.places) p.weight /= kept;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,40 @@
+#include "roomfix/pipeline/corner_camera.hpp"
+
+namespace roomfix {
+
+Result<std::unique_ptr<CornerCamera>> CornerCamera::for_camera(const Site& site, const SiteCamera& camera) {
+    const auto locator = CornerLocator::for_camera(site, camera);
+    if (!locator) return locator.error();
+    return std::unique_ptr<CornerCamera>(new CornerCamera(site, camera, *locator));
+}
+
+void CornerCamera::look(LumaView frame, const CameraHints& hints, CornerCameraResult& result) {
+    observer_.observe(frame, locator_.expected(hints), result.seen);
+    locator_.locate(result.seen.corners, hints, result.located);
+    if (result.located.places.empty() && result.located.reason.empty()) result.located.reason = result.seen.reason;
+}
+
+std::string CornerCamera::corner_name(const CornerCameraResult& result) const {
+    return result.located.places.empty() ? std::string() : site_.corners[static_cast<std::size_t>(result.located.places[0].corner)].id;
+}
+
+Fix CornerCamera::fix_of(const CornerCameraResult& result, Nanoseconds time, const std::vector<std::string>& sources) const {
+    Fix fix;
+    fix.time = time;
+    if (result.located.places.empty()) {
+        fix.reason = result.located.reason;
+        return fix;
+    }
+    const CameraPlace& best = result.located.places[0];
+    if (robot() >= 0) fix.robot = site_.robots[static_cast<std::size_t>(robot())].id;
+    fix.status = FixStatus::ok;
+    fix.pose = best.pose;
+    fix.yaw_known = best.yaw_known;
+    fix.covariance = best.covariance;
+    fix.sources = sources;
+    fix.map_from_camera = best.map_from_camera.pose;
+    for (const CameraPlace& place : result.located.places) fix.hypotheses.push_back({place.pose, place.weight});
+    return fix;
+}
+
+}  // namespace roomfix
