@@ -62,8 +62,11 @@ int demo(const Arguments& arguments) {
     for (const ScenarioUpCamera& camera : scenario.up_cameras) {
         up_renderers.emplace_back(camera.truth.model, camera.sensor, camera.glare, arguments.seed * 37 + up_renderers.size());
     }
+    std::vector<RoomRenderer> eye_renderers;
+    for (const ScenarioEye& eye : scenario.eyes) eye_renderers.emplace_back(eye.truth.model, eye.sensor, eye.glare, arguments.seed * 41 + eye_renderers.size());
     say(
         fmt::format("Two robots drive through a rendered building; three cameras on the walls find them, and one of them looks up at landmarks.\n"
+                    "In a room of its own a third one finds itself by the room's corners.\n"
                     "Open http://{}:{} in a browser. Ctrl-C ends the demo.",
                     arguments.host, room.page_port()));
 
@@ -72,6 +75,7 @@ int demo(const Arguments& arguments) {
     std::vector<Solid> solids;
     std::vector<LumaImage> frames(renderers.size());
     std::vector<LumaImage> up_frames(up_renderers.size());
+    std::vector<LumaImage> eye_frames(eye_renderers.size());
     double heard_until = 0;
     for (std::uint64_t i = 0; !stop_requested(); ++i) {
         const auto elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start);
@@ -94,6 +98,11 @@ int demo(const Arguments& arguments) {
                 up_renderers[c].render(scenario.ceiling, map_from_camera, light_at(time, arguments.seed + 50 + c), i, up_frames[c]);
             });
         }
+        for (std::size_t c = 0; c < eye_renderers.size(); ++c) {
+            threads.emplace_back([&, c] {
+                eye_renderers[c].render(scenario.room, eye_pose(scenario, scenario.eyes[c], time), light_at(time, arguments.seed + 80 + c), i, eye_frames[c]);
+            });
+        }
         for (auto& thread : threads) thread.join();
         RangeBatch heard;
         for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
@@ -106,6 +115,9 @@ int demo(const Arguments& arguments) {
         room.hear(heard);
         for (std::size_t c = 0; c < renderers.size(); ++c) (void)room.feed(c, frames[c], epoch + from_seconds(time));
         for (std::size_t c = 0; c < up_renderers.size(); ++c) (void)room.feed(renderers.size() + c, up_frames[c], epoch + from_seconds(time));
+        for (std::size_t c = 0; c < eye_renderers.size(); ++c) {
+            (void)room.feed(renderers.size() + up_renderers.size() + c, eye_frames[c], epoch + from_seconds(time));
+        }
         const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
         std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
     }

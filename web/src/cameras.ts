@@ -1,6 +1,6 @@
 import { colourOf } from './colours';
 import { add, points, set } from './svg';
-import type { CameraState, SiteCamera } from './types';
+import type { CameraState, SiteCamera, Segment } from './types';
 
 const pictureInterval = 200; // ms between pictures of a camera that is on the screen
 
@@ -45,6 +45,17 @@ export class CameraCard {
       add(this.overlay, 'polygon', { points: points(outline.points), style: `--robot: ${colourOf(outline.robot)}` });
     }
     if (state.seen) this.showSeen(state.seen);
+    if (state.corner) this.showCorner(state.corner);
+  }
+
+  /** What a camera that looks for corners saw: the three edges, and faintly the lines that are none of them. */
+  private showCorner(corner: NonNullable<CameraState['corner']>): void {
+    const line = ([x1, y1, x2, y2]: Segment, kind: string): void => void add(this.overlay, 'line', { x1, y1, x2, y2, class: kind });
+    for (const rejected of corner.rejected) line(rejected, 'stray');
+    corner.edges.forEach((edge, i) => line(edge, i === 2 ? 'edge upright' : 'edge'));
+    if (!corner.edges.length) return;
+    const label = add(this.overlay, 'text', { x: corner.edges[0][0], y: corner.edges[0][1] - 9, class: 'landmark' });
+    label.textContent = corner.id ?? '?';
   }
 
   /** What a camera that looks up saw: landmarks, spots that are none, lamps. */

@@ -50,6 +50,7 @@ export class FloorMap {
     this.site = site;
     for (const layer of [this.layers.views, this.layers.walls, this.layers.installed, this.layers.cameras]) layer.replaceChildren();
     for (const landmark of site.landmarks) add(this.layers.installed, 'polygon', { points: points(landmark.points), 'data-landmark': landmark.id });
+    for (const corner of site.corners) add(this.layers.installed, 'polyline', { points: points(corner.points), class: 'corner', 'data-corner': corner.id });
     for (const beacon of site.beacons) this.addBeacon(beacon);
     for (const wall of site.walls) add(this.layers.walls, 'polyline', { points: points(wall) });
     for (const camera of site.cameras) {

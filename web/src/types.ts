@@ -1,5 +1,6 @@
 // What /api/site and /api/state say; see docs/formats.md. Metres, radians, pixels.
 export type Point = [number, number];
+export type Segment = [number, number, number, number];
 
 export interface SiteCamera {
   id: string;
@@ -20,6 +21,11 @@ export interface Beacon {
   position: Point;
 }
 
+export interface Corner {
+  id: string;
+  points: Point[]; // a bit along its x edge, the corner, a bit along its y edge
+}
+
 export interface RobotShape {
   shape: 'box' | 'cylinder';
   size: number[];
@@ -33,6 +39,7 @@ export interface Site {
   robots: Record<string, RobotShape>;
   landmarks: Landmark[];
   beacons: Beacon[];
+  corners: Corner[];
 }
 
 export interface RobotState {
@@ -53,7 +60,8 @@ export interface CameraState {
   rate: number;
   busy_ms: number;
   outlines: { robot: string; points: Point[]; support: number }[];
-  seen?: { landmarks: { id: string | null; points: Point[] }[]; rejected: Point[]; lamps: [number, number, number, number][] };
+  seen?: { landmarks: { id: string | null; points: Point[] }[]; rejected: Point[]; lamps: Segment[] };
+  corner?: { id: string | null; edges: Segment[]; rejected: Segment[] }; // edges: along the ceiling, along the ceiling, between the walls
 }
 
 export interface RangeCircle {

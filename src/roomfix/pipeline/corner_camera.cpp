@@ -2,6 +2,15 @@
 
 namespace roomfix {
 
+bool looks_for_corners(const Site& site, const SiteCamera& camera) {
+    if (std::holds_alternative<KnownHeight>(camera.placement)) return true;
+    const auto* mount = std::get_if<Mount>(&camera.placement);
+    if (!mount || site.corners.empty()) return false;
+    // Straight up there are landmarks, ahead there are corners.
+    const double rise = mount->robot_from_camera.pose.linear()(2, 2);
+    return site.landmarks.empty() || rise < 0.8;
+}
+
 Result<std::unique_ptr<CornerCamera>> CornerCamera::for_camera(const Site& site, const SiteCamera& camera) {
     const auto locator = CornerLocator::for_camera(site, camera);
     if (!locator) return locator.error();

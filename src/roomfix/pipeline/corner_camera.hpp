@@ -14,6 +14,10 @@
 
 namespace roomfix {
 
+/// A camera of known height does. One on a robot looks for landmarks if the site has some and it looks up to them, within 37 deg of
+/// straight up; otherwise for corners, if the site has some.
+bool looks_for_corners(const Site& site, const SiteCamera& camera);
+
 /// What one frame shows, for the fix and for drawing.
 struct CornerCameraResult {
     CornerResult seen;

@@ -10,6 +10,7 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double likely = 0.9;        // weight of a corner that is named
 constexpr double farthest_view = 15;  // m: a field of view is drawn no farther than this
 
 double rounded(double value, double unit) { return std::round(value / unit) * unit; }
@@ -72,18 +73,20 @@ json shape_json(const Shape& shape) {
 
 std::string SiteRunner::site_json() const {
     json site = {{"name", site_.name},       {"walls", json::array()},     {"cameras", json::array()},
-                 {"robots", json::object()}, {"landmarks", json::array()}, {"beacons", json::array()}};
+                 {"robots", json::object()}, {"landmarks", json::array()}, {"beacons", json::array()},
+                 {"corners", json::array()}};
     for (const Polyline& line : site_.walls) {
         json polyline = json::array();
         for (const auto& p : line) polyline.push_back(point(p));
         site["walls"].push_back(polyline);
     }
     for (const auto& post : posts_) {
-        if (post->locator) {
+        if (!post->observer) {
+            const int robot = post->corners ? post->corners->robot() : post->locator->robot();
             site["cameras"].push_back({{"id", post->camera.id},
                                        {"width", post->camera.model.width},
                                        {"height", post->camera.model.height},
-                                       {"robot", site_.robots[static_cast<std::size_t>(post->locator->robot())].id}});
+                                       {"robot", site_.robots[static_cast<std::size_t>(robot)].id}});
             continue;
         }
         const View& view = post->observer->view();
@@ -103,7 +106,31 @@ std::string SiteRunner::site_json() const {
         site["landmarks"].push_back({{"id", landmark.id}, {"points", points}});
     }
     for (const SiteBeacon& beacon : site_.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
+    for (const SiteCorner& corner : site_.corners) {
+        constexpr double arm = 0.35;  // m, of its edges on the map
+        const Eigen::Vector2d at = corner.position.head<2>();
+        const auto along = [&](double angle) { return point(at + arm * Eigen::Vector2d(std::cos(angle), std::sin(angle))); };
+        site["corners"].push_back({{"id", corner.id}, {"points", {along(corner.yaw), point(at), along(corner.yaw + corner.wall_angle)}}});
+    }
     return site.dump();
+}
+
+/// What a camera that looks for corners saw: the corner's edges, with the walls' last, and lines that are none of them.
+nlohmann::json SiteRunner::corner_json(const Post& post) const {
+    json seen = {{"id", json()}, {"edges", json::array()}, {"rejected", json::array()}};
+    const auto segment = [](const Eigen::Vector2f& from, const Eigen::Vector2f& to) {
+        json line = json::array();
+        for (const float v : {from.x(), from.y(), to.x(), to.y()}) line.push_back(rounded(static_cast<double>(v), 0.1));
+        return line;
+    };
+    const CornerCameraResult& shown = post.shown_corner;
+    for (const RejectedLine& line : shown.seen.rejected) seen["rejected"].push_back(segment(line.from, line.to));
+    if (shown.seen.corners.empty()) return seen;
+    const bool placed = !shown.located.places.empty();
+    const CornerObservation& corner = shown.seen.corners[placed ? static_cast<std::size_t>(shown.located.places[0].observation) : 0];
+    if (placed && shown.located.places[0].weight > likely) seen["id"] = post.corners->corner_name(shown);
+    for (const EdgeSighting& edge : corner.edges) seen["edges"].push_back(segment(edge.ends[0], edge.ends[1]));
+    return seen;
 }
 
 /// The circles on the floor plan that a robot's ranges draw around the beacons.
@@ -162,6 +189,7 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
             const std::string robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
             camera["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
         }
+        if (post->corners) camera["corner"] = corner_json(*post);
         if (post->locator) camera["seen"] = onboard_json(*post);
         state["cameras"].push_back(camera);
     }

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/pipeline/corner_camera.hpp"
 
 namespace roomfix {
 
@@ -31,8 +32,7 @@ std::vector<RangeObservation> ranges_around(const std::vector<RangeObservation>&
 Result<Shot> prepare_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options) {
     const bool on_robot = std::holds_alternative<Mount>(camera.placement);
     const bool of_height = std::holds_alternative<KnownHeight>(camera.placement);
-    // A camera on a robot looks for landmarks where the site has some; otherwise for corners.
-    const bool for_corners = of_height || !options.corner.empty() || (on_robot && site.landmarks.empty() && !site.corners.empty());
+    const bool for_corners = looks_for_corners(site, camera) || (on_robot && !options.corner.empty());
     if ((!options.corner.empty() || options.heading) && !(on_robot || of_height)) {
         return Error{fmt::format("--corner and --heading-deg go with a camera that has 'height' or 'mount'; {} is fixed in the map", camera.id)};
     }

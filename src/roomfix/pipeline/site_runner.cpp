@@ -38,8 +38,14 @@ Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
         auto post = std::make_unique<Post>();
         post->camera = camera;
         post->state.id = camera.id;
-        if (std::holds_alternative<KnownHeight>(camera.placement)) continue;  // looks at corners
-        if (std::holds_alternative<Mount>(camera.placement)) {
+        const bool of_height = std::holds_alternative<KnownHeight>(camera.placement);
+        if (of_height && (site.corners.empty() || std::get<KnownHeight>(camera.placement).robot.empty())) continue;  // finds no robot
+        if (looks_for_corners(site, camera)) {
+            auto corners = CornerCamera::for_camera(site, camera);
+            if (!corners) return corners.error();
+            with_camera.push_back((*corners)->robot());
+            post->corners = std::move(*corners);
+        } else if (std::holds_alternative<Mount>(camera.placement)) {
             auto locator = OnboardLocator::for_camera(site, camera);
             if (!locator) return locator.error();
             with_camera.push_back((*locator)->robot());
@@ -117,14 +123,14 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         return Error{message};
     }
     const double before = wall_clock();
-    const auto poses = post.observer ? watch(post, frame) : look_up(post, frame, time);
+    const auto poses = post.observer ? watch(post, frame) : post.corners ? look_for_corner(post, frame, time) : look_up(post, frame, time);
     const double after = wall_clock();
 
     const std::lock_guard lock(mutex_);
     SourceState& state = post.state;
     ++state.frames;
     state.status = "ok";
-    state.message = post.observer ? post.result.reason : post.onboard.located.reason;
+    state.message = reason_of(post);
     state.busy = state.frames == 1 ? after - before : 0.9 * state.busy + 0.1 * (after - before);
     if (post.last_wall > 0) {
         const double rate = 1 / std::max(after - post.last_wall, 1e-4);
@@ -135,6 +141,7 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         post.last = copy_of(frame);
         post.shown = post.result.observations;
         post.shown_onboard = post.onboard;
+        post.shown_corner = post.corner;
     }
     smoother_.add(time, post.camera.id, poses);
     pass_on(time, post.camera.id);
@@ -165,6 +172,29 @@ std::vector<PoseObservation> SiteRunner::look_up(Post& post, LumaView frame, Nan
     }
     post.locator->locate(&frame, ranges, expected, -1, post.onboard);
     return confident_pose(post.onboard, robot);
+}
+
+/// What a camera sees that looks for corners.
+std::vector<PoseObservation> SiteRunner::look_for_corner(Post& post, LumaView frame, Nanoseconds time) {
+    const int robot = post.corners->robot();
+    CameraHints hints;
+    std::vector<RangeObservation> ranges;
+    {
+        const std::lock_guard lock(mutex_);
+        ranges = ranges_near(robot, time);
+        const auto expected = smoother_.expected(robot, time);
+        if (expected && expected->yaw_known) hints.prediction = CameraHints::Prediction{expected->pose, expected->covariance};
+    }
+    hints.ranges = ranges;
+    post.corners->look(frame, hints, post.corner);
+    const auto& places = post.corner.located.places;
+    if (places.empty() || places[0].weight < likely) return {};
+    return {{robot, places[0].pose, places[0].yaw_known, places[0].covariance, 1}};
+}
+
+const std::string& SiteRunner::reason_of(const Post& post) const {
+    if (post.observer) return post.result.reason;
+    return post.corners ? post.corner.located.reason : post.onboard.located.reason;
 }
 
 /// The best place, unless another one is nearly as likely: then it is better to wait.

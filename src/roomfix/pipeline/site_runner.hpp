@@ -15,6 +15,7 @@
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/estimate/smoother.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
+#include "roomfix/pipeline/corner_camera.hpp"
 #include "roomfix/pipeline/onboard_locator.hpp"
 #include "roomfix/ranging/range_reader.hpp"
 #include "roomfix/site/site.hpp"
@@ -65,7 +66,7 @@ public:
     std::vector<std::string> range_problems() const;
 
 private:
-    /// One camera: fixed, with an observer, or on a robot, with a locator.
+    /// One camera: fixed, with an observer; on a robot, with a locator; or one that looks for corners.
     struct Post {
         SiteCamera camera;
         std::unique_ptr<OverheadObserver> observer;
@@ -73,6 +74,9 @@ private:
         OverheadResult result;            // the observing thread's own
         std::unique_ptr<OnboardLocator> locator;
         OnboardResult onboard;                     // the observing thread's own
+        std::unique_ptr<CornerCamera> corners;
+        CornerCameraResult corner;  // the observing thread's own
+        CornerCameraResult shown_corner;
         std::vector<SilhouetteObservation> shown;  // of the last frame, for the page
         OnboardResult shown_onboard;
         LumaImage last;  // for the page
@@ -89,6 +93,8 @@ private:
         std::vector<RangeObservation> heard;    // the newest of each beacon
     };
     std::vector<PoseObservation> watch(Post& post, LumaView frame);
+    std::vector<PoseObservation> look_for_corner(Post& post, LumaView frame, Nanoseconds time);
+    const std::string& reason_of(const Post& post) const;
     std::vector<PoseObservation> look_up(Post& post, LumaView frame, Nanoseconds time);
     std::vector<PoseObservation> confident_pose(const OnboardResult& result, int robot) const;
     std::vector<RangeObservation> ranges_near(int robot, Nanoseconds time) const;
@@ -99,6 +105,7 @@ private:
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
     nlohmann::json ranges_json(Nanoseconds time) const;
     nlohmann::json onboard_json(const Post& post) const;
+    nlohmann::json corner_json(const Post& post) const;
     std::string site_json() const;
     std::vector<std::uint8_t> picture_of(const std::string& camera);
 

@@ -132,6 +132,42 @@ void equip_with_landmarks(Scenario& scenario) {
     scenario.up_cameras.push_back({"up", 0, {model, {looking_up(top), Matrix6d::Zero()}}, {}, {}});
 }
 
+/// A room beside the aisles, with a robot that finds itself by the room's corners; ranges to two beacons tell which of four alike it sees.
+void add_room(Scenario& scenario) {
+    constexpr double left = 14.4, right = 19.4, low = 5.4, high = 9.8, height = 2.7;  // m
+    scenario.room.walls = {{left, low}, {right, low}, {right, high}, {left, high}};
+    scenario.room.wall_albedo = {0.62f, 0.42f, 0.58f, 0.40f};
+    scenario.room.height = height;
+    scenario.room.seed = scenario.scene.seed;
+    scenario.room.lamps = {{{16.6, 7.4, 2.2}, 0.5f}, {{19.0, 6.4, 1.4}, 0.6f}};
+    scenario.room.patches = {{3, {1.2, 1.0}, {2.2, 1.8}, 0.25f, 0, 0.03, 0.8f, 0.1}, {0, {2.6, 0.0}, {3.5, 2.05}, 0.3f, 0, 0.08, 0.85f, 0}};
+    scenario.room.boxes = {{{14.75, 8.2, 0.9}, {0.3, 0.6, 0.9}, 0, 0.2f, true}};
+    Site& site = scenario.site;
+    site.walls.push_back({{left, low}, {right, low}, {right, high}, {left, high}, {left, low}});
+    site.corners = {{"sw", {left, low, height}, 0}, {"se", {right, low, height}, radians(90)}, {"ne", {right, high, height}, radians(180)},
+                    {"nw", {left, high, height}, radians(-90)}};
+    site.beacons.push_back({"b1", {15.2, 5.5, 2.4}, ""});
+    site.beacons.push_back({"b2", {19.3, 8.9, 2.4}, ""});
+    ScenarioRobot scout;
+    constexpr double mast = 0.5;  // m
+    scout.robot = {"scout", Cylinder{0.40, mast}};
+    scout.robot.receiver = Receiver{{0, 0, mast}, "ranges.csv", scenario.ranges.sigma};
+    scout.path = {{16.0, 6.9}, {18.1, 6.9}, {18.1, 8.3}, {16.0, 8.3}};
+    scout.speed = 0.25;
+    const CameraModel model = make_camera_model(480, 360, 320, 320, 241.3, 178.6, {-0.09, 0.03, 0.0004, -0.0005, 0});
+    UncertainPose3 mount;
+    mount.pose = looking_at({0, 0, mast}, {1, 0, mast + 0.5});
+    mount.covariance = (Vector6d() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6).finished().asDiagonal();
+    site.cameras.push_back({"eye", "frames/eye", model, Mount{scout.robot.id, mount, true}, ""});
+    SensorModel sensor;
+    sensor.exposure = 1.3;
+    sensor.read_noise = 1;
+    sensor.shot_noise = 0.02;
+    scenario.eyes.push_back({"eye", scenario.robots.size(), {model, {mount.pose, Matrix6d::Zero()}}, sensor, {}, {}});
+    scenario.robots.push_back(scout);
+    site.robots.push_back(scout.robot);
+}
+
 }  // namespace
 
 Scenario demo_scenario(std::uint64_t seed) {
@@ -146,6 +182,7 @@ Scenario demo_scenario(std::uint64_t seed) {
     cart.speed = 0.3;
     scenario.robots.push_back(cart);
     scenario.site.robots.push_back(cart.robot);
+    add_room(scenario);
     scenario.duration = 90;
     return scenario;
 }

@@ -150,6 +150,10 @@ const std::vector<Eigen::Vector2d>& chou1986_places() {
     return places;
 }
 
+Eigen::Isometry3d look_at_corner(const Eigen::Vector2d& place, const Eigen::Vector3d& corner, Random& random) {
+    return aimed({place.x(), place.y(), chou1986_camera_height}, corner, 0.14, 0.05, random);
+}
+
 RoomShot chou1986_shot(const Eigen::Vector2d& place, Random& random) {
     RoomShot shot;
     shot.scene = bare_room(6, 5, chou1986_ceiling, random);
@@ -158,7 +162,7 @@ RoomShot chou1986_shot(const Eigen::Vector2d& place, Random& random) {
     shot.scene.wall_albedo[3] = toned(random, 0.35, 0.45);
     if (random.index(2) == 0) std::swap(shot.scene.wall_albedo[0], shot.scene.wall_albedo[3]);
     shot.corner = {"c", {0, 0, chou1986_ceiling}, 0};
-    shot.map_from_camera = aimed({place.x(), place.y(), chou1986_camera_height}, shot.corner.position, 0.14, 0.05, random);
+    shot.map_from_camera = look_at_corner(place, shot.corner.position, random);
     shot.light = 1 + random.normal(0.05);
     return shot;
 }

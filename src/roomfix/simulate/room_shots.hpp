@@ -33,6 +33,9 @@ constexpr int chou1986_pictures = 6;              // per place
 constexpr double chou1986_camera_height = 0.70;   // m
 constexpr double chou1986_ceiling = 2.70;         // m
 
+/// The experiment's camera at a place, turned towards the corner, each time a little differently.
+Eigen::Isometry3d look_at_corner(const Eigen::Vector2d& place, const Eigen::Vector3d& corner, Random& random);
+
 /// A room with bare, textured walls; the camera stands at `place` and looks at the corner, each time a little differently.
 RoomShot chou1986_shot(const Eigen::Vector2d& place, Random& random);
 

@@ -12,6 +12,7 @@
 #include "roomfix/simulate/camera_renderer.hpp"
 #include "roomfix/simulate/ceiling_scene.hpp"
 #include "roomfix/simulate/range_model.hpp"
+#include "roomfix/simulate/room_scene.hpp"
 #include "roomfix/simulate/scene.hpp"
 #include "roomfix/site/site.hpp"
 
@@ -47,6 +48,16 @@ struct ScenarioUpCamera {
     GlareModel glare;
 };
 
+/// A camera that looks for corners: it rides on a robot, or stands on a tripod that is carried around.
+struct ScenarioEye {
+    std::string id;
+    std::size_t robot = 0;                 // index in the scenario's robots
+    CameraOnRobot truth;                   // true mount; its covariance is not used
+    SensorModel sensor;
+    GlareModel glare;
+    std::vector<Eigen::Isometry3d> stops;  // of a tripod: map_from_camera of frame after frame; the mount means nothing then
+};
+
 struct Scenario {
     std::string name;
     Site site;  // as its user would write it: cameras by clicked floor points, with clicking noise
@@ -55,6 +66,8 @@ struct Scenario {
     std::vector<ScenarioRobot> robots;
     CeilingScene ceiling;  // what the cameras that look up see
     std::vector<ScenarioUpCamera> up_cameras;
+    RoomScene room;  // what the cameras that look for corners see
+    std::vector<ScenarioEye> eyes;
     RangeModel ranges;      // of every robot with a receiver to every beacon
     double range_rate = 5;  // of each beacon, 1/s
     double frame_rate = 10;
@@ -67,7 +80,8 @@ Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed);
 
 /// Li 2014: three aisles of 138, 150 and 152 cm, webcams at (279,570), (755,465) and (650,1030) cm, a robot of 54 x 54 cm.
 Scenario li2014_scenario(std::uint64_t seed);
-/// The same building with two robots of different size that drive through all three aisles.
+/// The same building with two robots of different size that drive through all three aisles, and a room beside it with a third robot whose
+/// camera sees the room's corners.
 Scenario demo_scenario(std::uint64_t seed);
 
 /// Kim 2011: a room under a ceiling of 3 m with a landmark at (1, 1.25) and beacons, a robot whose camera (352 x 288, half-angle 30 deg)
@@ -81,6 +95,14 @@ struct Kim2011Position {
     double trilateration, proposed;
 };
 const std::vector<Kim2011Position>& kim2011_positions();
+
+/// Chou and Tsai 1986: a tripod camera (640 x 480) in a room, 16 places, six pictures each; `cluttered` furnishes the room.
+Scenario chou1986_scenario(std::uint64_t seed, bool cluttered = false);
+
+/// Where an eye is at a time (s).
+Eigen::Isometry3d eye_pose(const Scenario& scenario, const ScenarioEye& eye, double time);
+/// Where a robot of the scenario is, be it a tripod.
+Pose2 true_pose(const Scenario& scenario, std::size_t robot, double time);
 
 /// A lamp somewhere over the robot: a lit tube of 0.6 to 1.5 m, anywhere or right along the edge of the landmark's panel.
 CeilingPatch random_tube(const Eigen::Vector2d& around, double spread, Random& random);

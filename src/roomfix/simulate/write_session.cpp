@@ -61,6 +61,10 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
         fs::create_directories(folder / "frames" / camera.id, failure);
         if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
     }
+    for (const ScenarioEye& eye : scenario.eyes) {
+        fs::create_directories(folder / "frames" / eye.id, failure);
+        if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
+    }
     if (auto written = write_text(folder / "site.yaml", site_text(scenario.site)); !written) return written;
 
     const double duration = options.duration > 0 ? options.duration : scenario.duration;
@@ -68,9 +72,9 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     std::string truth = "time,robot,x,y,yaw\n";
     for (int i = 0; i < frames; ++i) {
         const double time = i / scenario.frame_rate;
-        for (const ScenarioRobot& robot : scenario.robots) {
-            const Pose2 pose = robot_pose(robot, time);
-            truth += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(time)), robot.robot.id, number_text(pose.x), number_text(pose.y),
+        for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+            const Pose2 pose = true_pose(scenario, r, time);
+            truth += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(time)), scenario.robots[r].robot.id, number_text(pose.x), number_text(pose.y),
                                  number_text(pose.yaw));
         }
     }
@@ -79,7 +83,7 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     if (auto written = write_ranges(scenario, folder, duration, options.seed); !written) return written;
 
     const double total =
-        static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) + static_cast<double>(scenario.up_cameras.size()) * frames;
+        static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) + static_cast<double>(scenario.up_cameras.size() + scenario.eyes.size()) * frames;
     double done = 0;
     LumaImage frame;
     for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {
@@ -110,6 +114,16 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
             const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
             renderer.render(scenario.ceiling, map_from_camera, light_at(time, options.seed + 50 + c), static_cast<std::uint64_t>(i), frame);
             if (auto written = write_frame(folder / "frames" / camera.id, from_seconds(time), frame, options.png); !written) return written;
+            if (progress) progress(done / total);
+        }
+    }
+    for (std::size_t c = 0; c < scenario.eyes.size(); ++c) {
+        const ScenarioEye& eye = scenario.eyes[c];
+        RoomRenderer renderer(eye.truth.model, eye.sensor, eye.glare, options.seed * 41 + c);
+        for (int i = 0; i < frames; ++i, ++done) {
+            const double time = i / scenario.frame_rate;
+            renderer.render(scenario.room, eye_pose(scenario, eye, time), light_at(time, options.seed + 80 + c), static_cast<std::uint64_t>(i), frame);
+            if (auto written = write_frame(folder / "frames" / eye.id, from_seconds(time), frame, options.png); !written) return written;
             if (progress) progress(done / total);
         }
     }
