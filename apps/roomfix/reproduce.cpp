@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <fstream>
 #include <memory>
 
 #include "commands.hpp"
+#include "roomfix/evaluate/chou1986_experiment.hpp"
 #include "roomfix/evaluate/kim2011_experiment.hpp"
 #include "roomfix/evaluate/li2014_experiment.hpp"
 #include "terminal.hpp"
@@ -14,6 +16,8 @@ struct Arguments {
     std::vector<std::string> papers;
     Li2014Options li2014;
     Kim2011Options kim2011;
+    Chou1986Options chou1986;
+    std::string plot;
     std::uint64_t seed = 1;
     int seeds = 3;
     double tilt_deg = 0;
@@ -28,6 +32,15 @@ Result<void> reproduce_paper(const std::string& paper, const Arguments& argument
         fmt::print("{}", li2014_table(*report));
         return {};
     }
+    if (paper == "chou1986") {
+        fmt::print("{}", chou1986_table(run_chou1986(arguments.chou1986, progress)));
+        if (arguments.plot.empty()) return {};
+        std::ofstream file(arguments.plot, std::ios::binary);
+        file << svg_of(chou1986_error_study());
+        if (!file.flush()) return Error{fmt::format("{}: cannot be written: check that the folder exists", arguments.plot)};
+        say(arguments.plot + ": the paper's error study");
+        return {};
+    }
     const auto report = run_kim2011(arguments.kim2011, progress);
     if (!report) return report.error();
     fmt::print("{}", kim2011_table(*report));
@@ -35,9 +48,9 @@ Result<void> reproduce_paper(const std::string& paper, const Arguments& argument
 }
 
 int reproduce(Arguments arguments) {
-    if (arguments.papers.empty()) arguments.papers = {"li2014", "kim2011"};
-    arguments.li2014.seed = arguments.kim2011.seed = arguments.seed;
-    arguments.li2014.seeds = arguments.kim2011.seeds = arguments.seeds;
+    if (arguments.papers.empty()) arguments.papers = {"li2014", "kim2011", "chou1986"};
+    arguments.li2014.seed = arguments.kim2011.seed = arguments.chou1986.seed = arguments.seed;
+    arguments.li2014.seeds = arguments.kim2011.seeds = arguments.chou1986.seeds = arguments.seeds;
     arguments.kim2011.tilt = radians(arguments.tilt_deg);
     for (const std::string& paper : arguments.papers) {
         if (const auto done_one = reproduce_paper(paper, arguments); !done_one) {
@@ -53,7 +66,8 @@ int reproduce(Arguments arguments) {
 void add_reproduce(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("reproduce", "a paper's experiment: printed, its method as published, ours, the bound");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("PAPER", arguments->papers, "li2014, kim2011 (default: all)")->check(CLI::IsMember({"li2014", "kim2011"}));
+    command->add_option("PAPER", arguments->papers, "li2014, kim2011, chou1986 (default: all)")
+        ->check(CLI::IsMember({"li2014", "kim2011", "chou1986"}));
     command->add_option("--seed", arguments->seed, "first seed")->capture_default_str();
     command->add_option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings")
         ->capture_default_str()
@@ -67,6 +81,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
     command->add_option("--samples", arguments->kim2011.samples, "kim2011: samples per position and seed")->capture_default_str()->check(CLI::Range(1, 100000));
     command->add_option("--tilt-deg", arguments->tilt_deg, "kim2011: true tilt of the camera, calibrated by a turn on the spot")->check(CLI::Range(0.0, 5.0));
     command->add_option("--late", arguments->kim2011.late, "kim2011: part of the ranges that come around a corner, 0..1")->check(CLI::Range(0.0, 1.0));
+    command->add_option("--plot", arguments->plot, "chou1986: SVG file for the paper's error study");
     command->footer("Example: roomfix reproduce kim2011 --tilt-deg 0.5");
     command->callback([=, &exit_code] { exit_code = reproduce(*arguments); });
 }

@@ -40,7 +40,7 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
     for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
         const EdgeLine line(corner, camera_from_corner * edges[edge]);
         const double reach = fit.reach[edge] * fit.blur[edge] + 1;
-        const double border = settings_.border + reach;
+        const double border = settings_.border + std::min(reach, 4.0);
         const double length = fit.length[edge];
         auto before = project(model_, line.point(settings_.first_gap / focal));
         for (double start = settings_.first_gap; (start + length) / focal < 0.98 * line.end; start += length) {
@@ -140,7 +140,7 @@ void CornerFitter::choose_reach(CornerFit& fit) const {
             fit.reach[edge] = reach;
             fit.model[edge] = reach == settings_.tight ? StepModel::plain : StepModel::full;
             const Seen now = look(edge);
-            const bool as_good = best.count == 0 || (now.noise < settings_.noisier * best.noise && 10 * now.count >= 9 * best.count);
+            const bool as_good = best.count == 0 || (now.noise < settings_.noisier * best.noise && 10 * now.count >= 8 * best.count);
             if (now.count == 0 || !as_good) continue;
             best = now;
             chosen = reach;
@@ -213,14 +213,24 @@ bool CornerFitter::finish(LumaView frame, double wall_angle, CornerFit& fit) con
     fit.reach = {settings_.wide, settings_.wide, settings_.wide};
     fit.length.fill(1.5 * settings_.stretch);
     fit.model.fill(StepModel::full);
-    for (int i = 0; i < 4; ++i) {
-        read(frame, wall_angle, i < 2 ? 2 : 1, fit);
-        if (i == 0) choose_reach(fit);
+    constexpr int rounds = 5;
+    for (int i = 0; i < rounds; ++i) {
+        read(frame, wall_angle, i < 3 ? 2 : 1, fit);
+        if (i == 0) {  // how blurred are edges here?
+            fit.reach.fill(settings_.narrow);
+            for (EdgePiece& piece : fit.pieces) judge(fit, piece);
+        }
+        if (i == 1) choose_reach(fit);
         update_blur(fit);
+        if (i == 0) {
+            fit.reach.fill(settings_.wide);
+            fit.model.fill(StepModel::full);
+            continue;
+        }
         const CornerView before = fit.view;
         if (!step(wall_angle, settings_.outlier, fit)) return false;
         const double moved = (fit.view.place - before.place).norm() + (fit.view.corner_from_camera - before.corner_from_camera).norm();
-        if (i >= 2 && moved < 1e-5) break;
+        if (i >= 3 && moved < 1e-5) break;
     }
     return true;
 }

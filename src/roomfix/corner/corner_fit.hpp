@@ -26,12 +26,12 @@ struct CornerFitSettings {
     double wide = 14;             // blurs: how far from an edge the light is read ...
     double narrow = 5;            // ... if something lies closer
     double tight = 2.6;           // ... and if it lies closer still
-    double noisier = 1.35;        // times more noise in the wide reading tells that something does
+    double noisier = 2;           // times more noise in the wide reading tells that something does
     double least_contrast = 4;    // standard deviations: a weaker step is none
     double largest_offset = 1.2;  // blurs: a step farther off belongs to something else
     double model_sigma = 0.02;    // px: real edges are not quite straight
     double merged = 1.5;          // times the sharpest edge's blur: such an edge is two
-    double outlier = 3.5;         // standard deviations
+    double outlier = 6;           // standard deviations
 };
 
 /// A piece of an edge as it was read.

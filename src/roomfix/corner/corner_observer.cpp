@@ -143,6 +143,7 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
         if (const auto score = score_of(explanation.fit, true)) explanation.score = std::max(*score - settings_.score_scale * explanation.doubt, 0.0);
     }
     std::erase_if(explanations_, [](const Explanation& e) { return e.score < 0; });
+    drop_upper_ones(frame);
     if (explanations_.empty()) return false;
     std::stable_sort(explanations_.begin(), explanations_.end(), better);
 
@@ -257,6 +258,30 @@ void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
         if (!continues_above(frame, explanation, -lower.rise)) return;
     }
     fit.view = before;
+}
+
+/// The same for explanations whose corners lie farther apart than one reading across an edge reaches.
+void CornerObserver::drop_upper_ones(LumaView frame) {
+    const auto is_upper = [&](const Explanation& upper) {
+        return std::any_of(explanations_.begin(), explanations_.end(), [&](const Explanation& lower) {
+            if (&upper == &lower || lower.score < settings_.moulding_score * upper.score) return false;
+            const auto above = corner_pixel(model_, upper.fit.view, upper.wall_angle);
+            const auto below = corner_pixel(model_, lower.fit.view, lower.wall_angle);
+            const auto rays = corner_rays(lower.fit.view, lower.wall_angle);
+            if (!above || !below || !rays) return false;
+            const Eigen::Vector2d apart = *above - *below;
+            const double rise = -apart.dot(rays->directions[wall_edge]);
+            const bool parallel = (upper.fit.view.corner_from_camera - lower.fit.view.corner_from_camera).norm() < 0.06;
+            const bool along_wall = std::sqrt(std::max(apart.squaredNorm() - rise * rise, 0.0)) < 0.4 * rise + 1;
+            if (rise < 2 || rise > settings_.largest_moulding * model_.height || !parallel || !along_wall) return false;
+            const double raised = upper.fit.view.place.norm() > 0 ? lower.fit.view.place.norm() / upper.fit.view.place.norm() - 1 : 0;
+            return raised > 0 && !continues_above(frame, lower, raised);
+        });
+    };
+    std::vector<bool> drop;
+    for (const Explanation& e : explanations_) drop.push_back(is_upper(e));
+    std::size_t i = 0;
+    std::erase_if(explanations_, [&](const Explanation&) { return static_cast<bool>(drop[i++]); });
 }
 
 CornerObservation CornerObserver::observation_of(const Explanation& explanation) const {

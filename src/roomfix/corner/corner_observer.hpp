@@ -32,6 +32,8 @@ struct CornerSettings {
     double largest_gap = 70;            // px from the corner to where an edge is seen first
     double largest_spread = 12;         // of the pieces' offsets over their variances
     double score_scale = 25;            // px of edges seen that make one of two explanations e times likelier
+    double largest_moulding = 0.09;     // of the picture's height: parallel edges this close are a moulding's,
+    double moulding_score = 0.6;        // and the lower corner counts if its score is this part of the upper's
     double roll_sigma = 0.17;           // rad: cameras are held upright, about
     double largest_doubt = 6;           // half a squared number of standard deviations from that
     double least_weight = 0.02;         // of an explanation that is reported
@@ -85,6 +87,7 @@ private:
     std::optional<double> score_of(const CornerFit& fit, bool final_fit);
     bool continues_above(LumaView frame, const Explanation& lower, double rise) const;
     void settle_height(LumaView frame, Explanation& explanation);
+    void drop_upper_ones(LumaView frame);
     CornerObservation observation_of(const Explanation& explanation) const;
     void add_rejected(const std::array<int, 3>& used, CornerResult& result) const;
 

@@ -55,8 +55,6 @@ bool read_profile(LumaView frame, const LightTable& light, const LineStretch& st
     const double lean = across(stretch.normal());  // distance from the line per px across; its sign is the normal's
     const double slope = across(step) / along(step);
     const double half = std::min(reach, LightProfile::widest) / std::abs(lean);
-    const int first_column = -static_cast<int>(half);
-    const int width = std::min(2 * static_cast<int>(half) + 2, columns);
     const int limit_along = steep ? frame.height : frame.width;
     const int limit_across = steep ? frame.width : frame.height;
     const double low = std::min(along(stretch.from), along(stretch.to));
@@ -64,13 +62,20 @@ bool read_profile(LumaView frame, const LightTable& light, const LineStretch& st
     const int start = static_cast<int>(std::ceil(low));
     const int end = std::min(static_cast<int>(std::ceil(high)), start + 250 * skip);  // sums stay below 65536
     if (start < 0 || end > limit_along) return false;
+    // Beside the picture's border less is read, but some of either side.
+    const int lowest = static_cast<int>(std::floor(std::min(across(stretch.from), across(stretch.to)))) - 1;
+    const int highest = static_cast<int>(std::floor(std::max(across(stretch.from), across(stretch.to)))) + 1;
+    const int first_column = std::max(-static_cast<int>(half), -lowest);
+    const int last_column = std::min(static_cast<int>(half) + 1, limit_across - 1 - highest);
+    const int width = std::min(last_column - first_column + 1, columns);
+    constexpr int least_beside = 3;
+    if (first_column > -least_beside || last_column < least_beside) return false;
 
     PhaseSums sums;
     double middle = across(stretch.from) + slope * (start - along(stretch.from));
     for (int a = start; a < end; a += skip, middle += slope * skip) {
         const int below = static_cast<int>(std::floor(middle));
-        const int first = below + first_column;
-        if (first < 0 || first + width > limit_across) return false;
+        const int first = std::clamp(below + first_column, 0, limit_across - width);  // rounding
         const double part = middle - below;
         const auto phase = static_cast<std::size_t>(part * phases);
         std::uint16_t* grey = sums.grey[phase].data();
