@@ -188,19 +188,32 @@ void CornerFitter::update_blur(CornerFit& fit) const {
 }
 
 bool CornerFitter::refine(LumaView frame, double wall_angle, double capture, CornerFit& fit) const {
-    return approach(frame, wall_angle, capture, fit) && finish(frame, wall_angle, fit);
+    // The wide steps change what is known of the edges' look; keep it.
+    const auto blur = fit.blur;
+    const auto reach = fit.reach;
+    const auto length = fit.length;
+    const auto model = fit.model;
+    if (!approach(frame, wall_angle, capture, fit)) return false;
+    if (fit.look_known) {
+        fit.blur = blur;
+        fit.reach = reach;
+        fit.length = length;
+        fit.model = model;
+    }
+    return finish(frame, wall_angle, fit);
 }
 
 bool CornerFitter::approach(LumaView frame, double wall_angle, double capture, CornerFit& fit) const {
     // From wide and coarse to fine: a step is found within about its own blur.
     double blur = std::max(std::min(capture, settings_.widest_capture) / settings_.largest_offset, settings_.blur);
+    const int rounds = capture > settings_.near ? 2 : 1;
+    fit.reach.fill(3);
+    fit.length.fill(1.5 * settings_.stretch);
+    fit.model.fill(StepModel::coarse);
     for (bool last = false; !last; blur *= 0.5) {
-        last = blur < 1.7;
-        fit.blur = {blur, blur, blur};
-        fit.reach = {3, 3, 3};
-        fit.length.fill(1.5 * settings_.stretch);
-        fit.model.fill(StepModel::coarse);
-        for (int i = 0; i < 2; ++i) {
+        last = blur < 1.7 || fit.look_known;
+        fit.blur.fill(blur);
+        for (int i = 0; i < rounds; ++i) {
             read(frame, wall_angle, 3, fit);
             if (!step(wall_angle, 3 * settings_.outlier, fit)) return false;
         }
@@ -209,28 +222,26 @@ bool CornerFitter::approach(LumaView frame, double wall_angle, double capture, C
 }
 
 bool CornerFitter::finish(LumaView frame, double wall_angle, CornerFit& fit) const {
-    fit.blur = {settings_.blur, settings_.blur, settings_.blur};
-    fit.reach = {settings_.wide, settings_.wide, settings_.wide};
-    fit.length.fill(1.5 * settings_.stretch);
-    fit.model.fill(StepModel::full);
-    constexpr int rounds = 5;
-    for (int i = 0; i < rounds; ++i) {
-        read(frame, wall_angle, i < 3 ? 2 : 1, fit);
-        if (i == 0) {  // how blurred are edges here?
-            fit.reach.fill(settings_.narrow);
-            for (EdgePiece& piece : fit.pieces) judge(fit, piece);
-        }
-        if (i == 1) choose_reach(fit);
+    if (!fit.look_known) {
+        // How blurred are edges here, and how far to the side may they be read?
+        fit.blur.fill(settings_.blur);
+        fit.reach.fill(settings_.narrow);
+        fit.length.fill(1.5 * settings_.stretch);
+        fit.model.fill(StepModel::full);
+        read(frame, wall_angle, 2, fit);
         update_blur(fit);
-        if (i == 0) {
-            fit.reach.fill(settings_.wide);
-            fit.model.fill(StepModel::full);
-            continue;
-        }
-        const CornerView before = fit.view;
+        fit.reach.fill(settings_.wide);
+        fit.model.fill(StepModel::full);
+        read(frame, wall_angle, 2, fit);
+        choose_reach(fit);
+        update_blur(fit);
         if (!step(wall_angle, settings_.outlier, fit)) return false;
-        const double moved = (fit.view.place - before.place).norm() + (fit.view.corner_from_camera - before.corner_from_camera).norm();
-        if (i >= 3 && moved < 1e-5) break;
+    }
+    constexpr int rounds = 3;
+    for (int i = fit.look_known ? 1 : 0; i < rounds; ++i) {
+        read(frame, wall_angle, i < rounds - 1 ? 2 : 1, fit);
+        update_blur(fit);
+        if (!step(wall_angle, settings_.outlier, fit)) return false;
     }
     return true;
 }

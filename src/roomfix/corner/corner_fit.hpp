@@ -23,14 +23,15 @@ struct CornerFitSettings {
     double least_blur = 0.6;      // px
     double widest_blur = 2.5;     // px
     double widest_capture = 8;    // px
+    double near = 4;              // px: from here one round of each width is enough
     double wide = 14;             // blurs: how far from an edge the light is read ...
     double narrow = 5;            // ... if something lies closer
     double tight = 2.6;           // ... and if it lies closer still
-    double noisier = 2;           // times more noise in the wide reading tells that something does
+    double noisier = 2.5;         // times more noise in the wide reading tells that something does
     double least_contrast = 4;    // standard deviations: a weaker step is none
     double largest_offset = 1.2;  // blurs: a step farther off belongs to something else
     double model_sigma = 0.02;    // px: real edges are not quite straight
-    double merged = 1.5;          // times the sharpest edge's blur: such an edge is two
+    double merged = 1.8;          // times the sharpest edge's blur: such an edge is two
     double outlier = 6;           // standard deviations
 };
 
@@ -49,6 +50,7 @@ struct EdgePiece {
 struct CornerFit {
     CornerView view;
     Matrix5d information = Matrix5d::Zero();  // of rotation (about the corner's axes, rad) and place
+    bool look_known = false;                  // blur, reach, length and model are those of the last frame: need not be found again
     double spread = 1;                        // mean square of the seen pieces' offsets over their variances
     std::array<double, 3> blur = {0, 0, 0};   // px
     std::array<double, 3> reach = {0, 0, 0};  // blurs

@@ -59,9 +59,16 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
     for (const CornerHints::Expected& expected : hints.expected) {
         const double capture = 3 * expected.sigma;
         if (capture > settings_.fit.widest_capture) continue;  // it may be anywhere: look everywhere
-        fit_.view = expected.view;
-        if (!fitter_.refine(frame, expected.wall_angle, capture, fit_)) continue;
-        const auto score = score_of(fit_, true);
+        // Edges look as in the last frame; if they do not, look afresh.
+        std::optional<double> score;
+        for (const bool known : {true, false}) {
+            if (known && !fit_.look_known) continue;
+            fit_.look_known = known;
+            fit_.view = expected.view;
+            if (fitter_.refine(frame, expected.wall_angle, capture, fit_)) score = score_of(fit_, true);
+            if (score) break;
+        }
+        fit_.look_known = score.has_value();
         if (!score) continue;
         Explanation explanation;
         std::swap(explanation.fit, fit_);

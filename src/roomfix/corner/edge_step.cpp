@@ -165,15 +165,22 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     if (model != StepModel::full) normal(4, 4) = normal(5, 5) = 1e12;
     if (model == StepModel::coarse) normal(1, 1) = 1e12;
     const int free = model == StepModel::full ? unknowns : model == StepModel::plain ? 4 : 3;
-    const Eigen::LDLT<Square> solver(normal);
-    const Row fit = solver.solve(right);
+    // The solution, and the columns of the inverse for the step, its offset and its blur.
+    Eigen::Matrix<double, unknowns, 4> sides = Eigen::Matrix<double, unknowns, 4>::Zero();
+    sides.col(0) = right;
+    sides(2, 1) = sides(3, 2) = sides(4, 3) = 1;
+    const Eigen::LLT<Square> solver(normal);
+    if (solver.info() != Eigen::Success) return false;
+    solver.solveInPlace(sides);
+    const Row fit = sides.col(0);
+    const double by_contrast = 1 / (fit[2] * fit[2]);
     step.noise = std::max(squares - fit.dot(right), 1e-4) / (used - free);
     step.contrast = fit[2];
-    step.contrast_sigma = std::sqrt(step.noise * solver.solve(Row::Unit(2))[2]);
+    step.contrast_sigma = std::sqrt(step.noise * sides(2, 1));
     step.offset = fit[3] / fit[2];
-    step.variance = step.noise * solver.solve(Row::Unit(3))[3] / (fit[2] * fit[2]);
+    step.variance = step.noise * sides(3, 2) * by_contrast;
     step.blur = blur + fit[4] / fit[2];
-    step.blur_variance = step.noise * solver.solve(Row::Unit(4))[4] / (fit[2] * fit[2]);
+    step.blur_variance = step.noise * sides(4, 3) * by_contrast;
     return std::isfinite(step.offset) && std::isfinite(step.variance) && step.variance > 0;
 }
 
