@@ -7,6 +7,7 @@
 #include "roomfix/evaluate/ceiling_robustness.hpp"
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/detections.hpp"
+#include "roomfix/evaluate/chou1986_experiment.hpp"
 #include "roomfix/evaluate/kim2011_experiment.hpp"
 #include "roomfix/evaluate/li2014_experiment.hpp"
 
@@ -104,6 +105,37 @@ TEST(Kim2011, LampsNeitherHideALandmarkNorMakeOne) {
     EXPECT_GE(with.right, 147) << with.first_miss;
     EXPECT_EQ(with.wrong, 0);
     EXPECT_EQ(run_without_landmark(200, 532).wrong, 0);
+}
+
+TEST(Chou1986Experiment, OursComesNearTheBoundAndSaysHowWellItKnows) {
+    const Chou1986Report report = run_chou1986({.seed = 611});
+    EXPECT_EQ(report.lost(), 0);
+    // ./dev bench shows the figures of docs/chou1986.md at ten times the length; here with room for one run in 1000.
+    EXPECT_LT(report.mean_error(), 0.0006);
+    EXPECT_LT(report.mean_rotation(), radians(0.03));
+    EXPECT_LT(report.rms_error(), 1.9 * report.bound_rms());
+    EXPECT_NEAR(report.mean_nees(), 5, 1.3);
+    EXPECT_LT(report.published_mean_error(), 0.05);
+    EXPECT_GT(report.published_mean_error(), 2 * report.mean_error());
+    EXPECT_NE(chou1986_table(report).find("as published: "), std::string::npos);
+}
+
+TEST(Chou1986Experiment, TheErrorStudyShowsWhatThePaperConcludes) {
+    const LineChart chart = chou1986_error_study();
+    ASSERT_EQ(chart.curves.size(), 4u);
+    const auto at = [&](std::size_t curve, double x) {
+        for (const auto& p : chart.curves[curve].points) {
+            if (std::abs(p.x() - x) < 0.02) return p.y();
+        }
+        return 0.0;
+    };
+    // Close to the Y-Z plane Y_c suffers more from the lines' angles than X_c does, and more than farther away from it.
+    EXPECT_GT(at(1, 0.5), at(1, 1.5));
+    // The image centre matters less than the lines' angles.
+    EXPECT_LT(at(3, 0.5), at(1, 0.5));
+    const std::string svg = svg_of(chart);
+    EXPECT_NE(svg.find("</svg>"), std::string::npos);
+    EXPECT_EQ(svg.find("nan"), std::string::npos);
 }
 
 }  // namespace

@@ -121,6 +121,12 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
          "called the same"},
         {"corners:", "  n2: {position: [1, 1, 3], address: \"01:25:61:61:0b:00:00:42\"}\ncorners:", "called the same"},
         {"id: 7, size: 0.12", "id: 700, size: 0.12", "between 0 and 586"},
+        {"position: [0, 0, 2.7]", "position: [0, 0, 0]", "high above the floor"},
+        {"position: [0, 0, 2.7]", "position: [0, 0, -2.7]", "high above the floor"},
+        {"position: [0, 0, 2.7]", "position: [0, 0]", "list of 3 numbers"},
+        {"nw: {position: [0, 0, 2.7], yaw_deg: 0}", "nw: {yaw_deg: 0}", "needs the key 'position'"},
+        {"yaw_deg: 0}\n", "yaw_deg: 0, angle_deg: 180}\n", "between 20 and 160"},
+        {"    mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}\n", "    height: 2.7\n    robot: r1\n", "must be below the ceiling"},
         {"count: many", "count: many, receiver: {position: [0, 0, 1]}", "an entry of its own"},
     };
     for (const auto& c : cases) {
