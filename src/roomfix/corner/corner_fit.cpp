@@ -246,6 +246,20 @@ bool CornerFitter::finish(LumaView frame, double wall_angle, CornerFit& fit) con
     return true;
 }
 
+bool CornerFitter::finish_softly(LumaView frame, double wall_angle, CornerFit& fit) const {
+    fit.look_known = false;
+    fit.blur.fill(settings_.soft_blur);
+    fit.reach.fill(settings_.tight);
+    fit.length.fill(1.5 * settings_.stretch);
+    fit.model.fill(StepModel::plain);
+    constexpr int rounds = 4;
+    for (int i = 0; i < rounds; ++i) {
+        read(frame, wall_angle, 1, fit);
+        if (!step(wall_angle, settings_.outlier, fit)) return false;
+    }
+    return true;
+}
+
 std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance) {
     std::array<EdgeSupport, 3> support;
     std::array<double, 3> strength{};

@@ -31,6 +31,7 @@ struct CornerFitSettings {
     double least_contrast = 4;    // standard deviations: a weaker step is none
     double largest_offset = 1.2;  // blurs: a step farther off belongs to something else
     double model_sigma = 0.02;    // px: real edges are not quite straight
+    double soft_blur = 1.6;       // px, of finish_softly()
     double merged = 1.8;          // times the sharpest edge's blur: such an edge is two
     double outlier = 6;           // standard deviations
 };
@@ -69,6 +70,8 @@ public:
     /// The two halves of it: the wide steps, quick, after which the pieces tell whether there is a corner at all; and the fine ones.
     bool approach(LumaView frame, double wall_angle, double capture, CornerFit& fit) const;
     bool finish(LumaView frame, double wall_angle, CornerFit& fit) const;
+    /// Instead of finish(), for soft pictures and faint or crowded edges: long pieces, read closely, of a blur that is taken as known.
+    bool finish_softly(LumaView frame, double wall_angle, CornerFit& fit) const;
 
     /// Reads all pieces at the fit's view, blur, reach, length and model without moving it; only every `skip`-th row of each.
     void read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const;

@@ -16,12 +16,15 @@ std::optional<Eigen::Vector2d> corner_pixel(const CameraModel& model, const Corn
     return project(model, rays->corner.homogeneous());
 }
 
-/// How unlikely a camera is that sees an edge which points up or down (unit, camera frame, +1: down) like this: people hold cameras upright.
-/// Half a squared number of standard deviations.
-double doubt_of_roll(const Eigen::Vector3d& vertical, double sign, double sigma) {
-    if (std::hypot(vertical.x(), vertical.y()) < 0.12) return 0;  // straight up or down: no roll
+/// How unlikely a camera is that sees an edge which points down (sign 1) or up (-1), a unit vector in its frame, like this: people hold
+/// cameras upright and seldom point them straight up. Half a squared number of standard deviations.
+double doubt_of_hold(const Eigen::Vector3d& vertical, double sign, const CornerSettings& settings) {
     const double roll = std::atan2(std::abs(vertical.x()), sign * vertical.y());
-    return 0.5 * roll * roll / (sigma * sigma);
+    const double tilt = std::asin(std::min(std::abs(vertical.z()), 1.0));
+    const double steep = std::max(tilt - settings.common_tilt, 0.0) / settings.tilt_sigma;
+    // The closer to straight up, the less roll means.
+    const double turned = roll * std::min(1.0, 2 * std::hypot(vertical.x(), vertical.y())) / settings.roll_sigma;
+    return 0.5 * (turned * turned + steep * steep);
 }
 
 const char* const edge_names[] = {"x edge", "y edge", "walls' edge"};
@@ -146,8 +149,14 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     for (Explanation& explanation : explanations_) {
         explanation.score = -1;
         settle_height(frame, explanation);
-        if (!fitter_.finish(frame, explanation.wall_angle, explanation.fit)) continue;
-        if (const auto score = score_of(explanation.fit, true)) explanation.score = std::max(*score - settings_.score_scale * explanation.doubt, 0.0);
+        const CornerView start = explanation.fit.view;
+        std::optional<double> score;
+        if (fitter_.finish(frame, explanation.wall_angle, explanation.fit)) score = score_of(explanation.fit, true);
+        if (!score) {
+            explanation.fit.view = start;
+            if (fitter_.finish_softly(frame, explanation.wall_angle, explanation.fit)) score = score_of(explanation.fit, true);
+        }
+        if (score) explanation.score = std::max(*score - settings_.score_scale * explanation.doubt, 0.0);
     }
     std::erase_if(explanations_, [](const Explanation& e) { return e.score < 0; });
     drop_upper_ones(frame);
@@ -178,11 +187,11 @@ double CornerObserver::doubt_of(const CornerView& view, double wall_angle, const
         const double off = std::acos(std::clamp(down.dot(hints.gravity->down), -1.0, 1.0)) / hints.gravity->sigma;
         return 0.5 * off * off;
     }
-    const double ceiling = doubt_of_roll(down, 1, settings_.roll_sigma);
+    const double ceiling = doubt_of_hold(down, 1, settings_);
     const auto edges = edge_directions(wall_angle);
     for (const CornerEdge edge : {x_edge, y_edge}) {
         const Eigen::Vector3d up = camera_from_corner * edges[edge];
-        if (up.y() < 0 && doubt_of_roll(up, -1, settings_.roll_sigma) + 1 < ceiling) return 2 * settings_.largest_doubt;
+        if (up.y() < 0 && doubt_of_hold(up, -1, settings_) + 0.5 < ceiling) return 2 * settings_.largest_doubt;
     }
     return ceiling;
 }
