@@ -201,7 +201,7 @@ LineChart chou1986_error_study() {
     const double f = room_camera().fx;
     for (double x = 0.2; x <= 4.001; x += 0.05) {
         const Eigen::Vector3d position(x, 2, -2);
-        const Eigen::Isometry3d camera = looking_at(position, {0, 0, 0});
+        const Eigen::Isometry3d camera = looking_at(position, {0, 0, -0.5});  // at the walls' edge, the corner above the middle of the picture
         const CornerView truth{camera.linear(), position.head<2>() / 2};
         const auto rays = corner_rays(truth, right_angle);
         if (!rays) continue;
