@@ -24,7 +24,7 @@ struct CornerFitSettings {
     double widest_blur = 2.5;     // px
     double widest_capture = 8;    // px
     double near = 4;              // px: from here one round of each width is enough
-    double wide = 14;             // blurs: how far from an edge the light is read ...
+    double wide = 10;             // blurs: how far from an edge the light is read ...
     double narrow = 5;            // ... if something lies closer
     double tight = 2.6;           // ... and if it lies closer still
     double noisier = 2.5;         // times more noise in the wide reading tells that something does
