@@ -5,12 +5,15 @@
 
 int main() {
     using namespace roomfix;
-    fmt::print("\n== chou1986 (goals: mean 0.05 %, largest 0.3 %, rotation 0.02 deg, 1.5 x the bound)\n{}", chou1986_table(run_chou1986({.seed = 1, .seeds = 10})));
+    fmt::print("\n== chou1986 (goals: mean 0.05 %, largest 0.3 %, rotation 0.02 deg, 1.5 x the bound)\n{}",
+               chou1986_table(run_chou1986({.seed = 1, .seeds = 10})));
     std::fflush(stdout);
     const ClutterReport rooms = run_cluttered(1000, 11);
-    fmt::print("== furnished rooms: {} of {} pictures show a corner; of these {:.1f} % within 1 % (goal 95), {:.1f} % no fix; wrong {} of {} ({:.2f} %, goal 0.5); {}\n",
-               rooms.visible, rooms.pictures, 100.0 * rooms.good / rooms.visible, 100.0 * rooms.none / rooms.visible, rooms.wrong, rooms.pictures,
-               100.0 * rooms.wrong / rooms.pictures, rooms.first_wrong);
+    fmt::print(
+        "== furnished rooms: {} of {} pictures show a corner; of these {:.1f} % within 1 % (goal 95), {:.1f} % no fix; wrong {} of {} ({:.2f} %, goal 0.5); "
+        "{}\n",
+        rooms.visible, rooms.pictures, 100.0 * rooms.good / rooms.visible, 100.0 * rooms.none / rooms.visible, rooms.wrong, rooms.pictures,
+        100.0 * rooms.wrong / rooms.pictures, rooms.first_wrong);
     std::fflush(stdout);
     fmt::print("== no corner in the picture: {} fixes in 1000 (goal 0)\n", run_cornerless(1000, 12));
 }

@@ -11,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     // The picture is the bytes, row by row, over and over; the first ones choose its size.
     const int width = 1 + 2 * data[0];
     const int height = 1 + data[1];
-    const CameraModel model = make_camera_model(width, height, 40.0 + data[2], 40.0 + data[2], 0.5 * width, 0.5 * height, {0.002 * (data[3] - 128), 0, 0, 0, 0});
+    const CameraModel model =
+        make_camera_model(width, height, 40.0 + data[2], 40.0 + data[2], 0.5 * width, 0.5 * height, {0.002 * (data[3] - 128), 0, 0, 0, 0});
     LumaImage picture(width, height);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) picture.row(y)[x] = data[(static_cast<std::size_t>(y / 3) * 61 + static_cast<std::size_t>(x / 3)) % size];

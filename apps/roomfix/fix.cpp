@@ -87,10 +87,12 @@ void add_fix(CLI::App& app, int& exit_code) {
     command->add_option("IMAGE", arguments->images, "pictures")->required();
     command->add_option("--background", arguments->options.background, "pictures, folders or videos without robots");
     command->add_option("--method", arguments->method, "ours, or the paper's as published")->check(CLI::IsMember({"ours", "published"}))->capture_default_str();
-    command->add_option("--ranges", arguments->options.ranges, "camera on a robot: ranges heard by the same robot, CSV, JSON lines or a Cricket listener's log");
+    command->add_option("--ranges", arguments->options.ranges,
+                        "camera on a robot: ranges heard by the same robot, CSV, JSON lines or a Cricket listener's log");
     command->add_option("--landmark", arguments->options.landmark, "camera on a robot: which landmark is in view, where you know it");
     command->add_option("--corner", arguments->options.corner, "camera that looks for corners: which one is in view, where you know it");
-    command->add_option("--heading-deg", arguments->heading_deg, "camera that looks for corners: where it looks, roughly, counter-clockwise from the map's x axis")
+    command
+        ->add_option("--heading-deg", arguments->heading_deg, "camera that looks for corners: where it looks, roughly, counter-clockwise from the map's x axis")
         ->check(CLI::Range(-360.0, 360.0));
     command->add_option("--overlay", arguments->overlay, "folder for pictures with the found robots drawn in");
     command->footer(

@@ -66,8 +66,7 @@ int reproduce(Arguments arguments) {
 void add_reproduce(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("reproduce", "a paper's experiment: printed, its method as published, ours, the bound");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("PAPER", arguments->papers, "li2014, kim2011, chou1986 (default: all)")
-        ->check(CLI::IsMember({"li2014", "kim2011", "chou1986"}));
+    command->add_option("PAPER", arguments->papers, "li2014, kim2011, chou1986 (default: all)")->check(CLI::IsMember({"li2014", "kim2011", "chou1986"}));
     command->add_option("--seed", arguments->seed, "first seed")->capture_default_str();
     command->add_option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings")
         ->capture_default_str()

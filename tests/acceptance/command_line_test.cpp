@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "roomfix/imaging/load_luma.hpp"
 
@@ -183,6 +185,31 @@ TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
         expect_says(call(std::string(command) + " --help"), 0, "Example: roomfix");
     expect_says(call("simulate atlantis -o /tmp/x"), 2, "there is no scenario 'atlantis'");
     expect_says(call(fmt::format("simulate li2014 -o {}", session())), 2, "session already");
+}
+
+TEST_F(CommandLine, FixFindsTheCameraByACornerInGreyColourAnd16BitPictures) {
+    const std::string room = (*folder / "room").string();
+    ASSERT_EQ(call(fmt::format("simulate chou1986 --duration 2 --png -o {}", room)).code, 0);
+    const std::string picture = room + "/frames/eye/000000000000.png";
+    const std::string fix = "fix " + room + "/site.yaml --camera eye ";
+    const Outcome grey = call(fix + "--corner c --overlay " + room + "/out " + picture);
+    expect_says(grey, 0, "\"camera\": {\"position\": [0.");
+    EXPECT_TRUE(fs::exists(room + "/out/000000000000.png"));
+    const cv::Mat image = cv::imread(picture, cv::IMREAD_GRAYSCALE);
+    cv::Mat colour, deep;
+    cv::cvtColor(image, colour, cv::COLOR_GRAY2BGR);
+    image.convertTo(deep, CV_16U, 257);
+    cv::imwrite(room + "/colour.png", colour);
+    cv::imwrite(room + "/deep.png", deep);
+    for (const char* name : {"/colour.png", "/deep.png"}) expect_says(call(fix + room + name), 0, "\"status\": \"ok\", \"x\": 0.");
+    expect_says(call(fix + "--method published " + room + "/frames/eye/001000000000.png"), 0, "\"image\"");
+    cv::imwrite(room + "/blank.png", cv::Mat(480, 640, CV_8U, cv::Scalar(90)));
+    expect_says(call(fix + room + "/blank.png"), 0, "the picture is blank");
+    cv::imwrite(room + "/row.png", cv::Mat(1, 640, CV_8U, cv::Scalar(90)));
+    expect_says(call(fix + room + "/row.png"), 2, "640 x 1 pixels, camera eye has 640 x 480");
+    expect_says(call(fix + "--corner x " + picture), 2, "no such corner");
+    expect_says(call(fix + "--landmark n1 " + picture), 2, "looks for corners");
+    expect_says(call("fix " + site() + " --camera hall1 --corner c " + frame()), 2, "fixed in the map");
 }
 
 }  // namespace

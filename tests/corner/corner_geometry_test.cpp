@@ -53,8 +53,8 @@ TEST(CornerGeometry, TheClosedFormAgreesWithThreeOrthogonalAnglesOn100000Poses) 
         Eigen::Vector2d place(random.uniform(0.1, 3), random.uniform(0.1, 3));
         const Eigen::Vector3d off(random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4));
         double roll = random.uniform(-3.1, 3.1);
-        if (i % 5 == 1) place.y() = place.x();                    // on the bisector
-        if (i % 5 == 2) roll = 0;                                 // the walls' edge may run along an image axis
+        if (i % 5 == 1) place.y() = place.x();  // on the bisector
+        if (i % 5 == 2) roll = 0;               // the walls' edge may run along an image axis
         if (i % 5 == 3) roll = random.uniform(-1e-9, 1e-9);
         CornerView view = looking(place, i % 7 == 0 ? Eigen::Vector3d::Zero() : off, roll);  // the corner in the image centre
         if (i % 5 == 4) view = looking_up_from(0.2 * place, random.uniform(-3, 3), random.uniform(-1e-6, 1e-6));

@@ -36,7 +36,8 @@ CornerObservation observed(const Eigen::Isometry3d& map_from_camera, const SiteC
     const Eigen::Vector3d from_corner = corner_from_map * (map_from_camera.translation() - corner.position);
     CornerObservation seen;
     const double turn = 3e-4, shift = 8e-4;
-    seen.view.corner_from_camera = exponential_rotation({random.normal(turn), random.normal(turn), random.normal(turn)}) * corner_from_map * map_from_camera.linear();
+    seen.view.corner_from_camera =
+        exponential_rotation({random.normal(turn), random.normal(turn), random.normal(turn)}) * corner_from_map * map_from_camera.linear();
     seen.view.place = from_corner.head<2>() / -from_corner.z() + Eigen::Vector2d(random.normal(shift), random.normal(shift));
     seen.covariance = (Vector5d() << turn * turn, turn * turn, turn * turn, shift * shift, shift * shift).finished().asDiagonal();
     return seen;
@@ -167,6 +168,23 @@ TEST(CornerLocator, ACameraAboveTheCeilingAndASiteWithoutCornersAreErrors) {
     site = room(false);
     site.cameras[0].placement = KnownPose{};
     EXPECT_FALSE(CornerLocator::for_camera(site, site.cameras[0]));
+}
+
+TEST(CornerLocator, TwoCornersInOnePictureSpeakForTheSamePlace) {
+    const Site site = room(true);
+    const auto locator = CornerLocator::for_camera(site, site.cameras[0]);
+    Random random(6);
+    const Pose2 truth{3.2, 2.1, radians(180)};
+    const Eigen::Isometry3d camera = map_from_robot(truth) * std::get<Mount>(site.cameras[0].placement).robot_from_camera.pose;
+    std::vector<CornerObservation> seen = {observed(camera, site.corners[0], random), observed(camera, site.corners[3], random)};
+    for (auto& s : seen) s.weight = 0.5;
+    CameraHints hints;
+    hints.prediction = CameraHints::Prediction{truth, Eigen::Vector3d(0.01, 0.01, 0.001).asDiagonal()};
+    LocatedCamera located;
+    locator->locate(seen, hints, located);
+    ASSERT_FALSE(located.places.empty());
+    EXPECT_GT(located.places[0].weight, 0.95);
+    EXPECT_NEAR(located.places[0].pose.x, truth.x, 0.03);
 }
 
 TEST(CornerLocator, AnotherWallAngleIsAnotherCorner) {

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "roomfix/evaluate/ceiling_robustness.hpp"
+#include "roomfix/evaluate/chou1986_experiment.hpp"
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/detections.hpp"
-#include "roomfix/evaluate/chou1986_experiment.hpp"
 #include "roomfix/evaluate/kim2011_experiment.hpp"
 #include "roomfix/evaluate/li2014_experiment.hpp"
 

@@ -41,8 +41,8 @@ std::string fix_line(const Fix& fix) {
     if (fix.map_from_camera) {
         const Eigen::Vector3d& p = fix.map_from_camera->translation();
         const Eigen::Quaterniond q(fix.map_from_camera->linear());
-        line += ", \"camera\": {\"position\": [" + rounded(p.x()) + ", " + rounded(p.y()) + ", " + rounded(p.z()) + "], \"quaternion\": [" + number_text(q.x()) +
-                ", " + number_text(q.y()) + ", " + number_text(q.z()) + ", " + number_text(q.w()) + "]}";
+        line += ", \"camera\": {\"position\": [" + rounded(p.x()) + ", " + rounded(p.y()) + ", " + rounded(p.z()) + "], \"quaternion\": [" +
+                number_text(q.x()) + ", " + number_text(q.y()) + ", " + number_text(q.z()) + ", " + number_text(q.w()) + "]}";
     }
     line += ", \"sources\": [";
     for (std::size_t i = 0; i < fix.sources.size(); ++i) line += (i ? ", " : "") + quoted(fix.sources[i]);

@@ -10,8 +10,8 @@ namespace {
 /// (1): the camera's axes in the corner's, as rows; before the swing.
 Eigen::Matrix3d rotation(double psi, double theta) {
     Eigen::Matrix3d t;
-    t << std::cos(psi), std::sin(psi), 0,                                                                  //
-        -std::sin(psi) * std::cos(theta), std::cos(psi) * std::cos(theta), std::sin(theta),                //
+    t << std::cos(psi), std::sin(psi), 0,                                                    //
+        -std::sin(psi) * std::cos(theta), std::cos(psi) * std::cos(theta), std::sin(theta),  //
         -std::sin(psi) * std::sin(theta), std::cos(psi) * std::sin(theta), -std::cos(theta);
     return t;
 }

@@ -157,7 +157,8 @@ std::vector<Line> hough_lines(const std::vector<Vector2d>& points, const Chou198
 std::optional<Vector2d> crossing(const Line& a, const Line& b) {
     const double determinant = std::sin(b.alpha - a.alpha);
     if (std::abs(determinant) < 0.1) return std::nullopt;
-    return Vector2d((a.rho * std::sin(b.alpha) - b.rho * std::sin(a.alpha)) / determinant, (b.rho * std::cos(a.alpha) - a.rho * std::cos(b.alpha)) / determinant);
+    return Vector2d((a.rho * std::sin(b.alpha) - b.rho * std::sin(a.alpha)) / determinant,
+                    (b.rho * std::cos(a.alpha) - a.rho * std::cos(b.alpha)) / determinant);
 }
 
 /// 3.4: (17) minimised; atan2 instead of print's atan, which divides by zero for lines along an axis.
@@ -251,7 +252,9 @@ std::optional<CornerRays> Chou1986::find_lines(LumaView frame, std::string* reas
             }
         }
     }
-    if (!found) return give_up(lines.size() < 3 ? "the published method found fewer than three lines" : "the published method found no three lines that pass its checks");
+    if (!found)
+        return give_up(lines.size() < 3 ? "the published method found fewer than three lines"
+                                        : "the published method found no three lines that pass its checks");
     std::array<Line, 3> corner = {lines[(*found)[0]], lines[(*found)[1]], lines[(*found)[2]]};
     for (Line& line : corner) lse_fit(line);
     const auto common = common_point({&corner[0], &corner[1], &corner[2]}, 4 * settings_.crossing_gap);

@@ -93,7 +93,8 @@ bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
     fit.information = information;
     fit.spread = count > 5 ? squares / (count - 5) : 1;
     const Eigen::LDLT<Matrix5d> solver(information);
-    if (count < 6 || solver.info() != Eigen::Success || !solver.isPositive() || !(solver.vectorD().minCoeff() > 1e-12 * solver.vectorD().maxCoeff())) return false;
+    if (count < 6 || solver.info() != Eigen::Success || !solver.isPositive() || !(solver.vectorD().minCoeff() > 1e-12 * solver.vectorD().maxCoeff()))
+        return false;
     const Vector5d move = solver.solve(pull);
     if (!move.allFinite() || move.head<3>().norm() > 0.3) return false;
     fit.view.corner_from_camera = exponential_rotation(move.head<3>()) * fit.view.corner_from_camera;

@@ -50,11 +50,11 @@ struct EdgePiece {
 
 struct CornerFit {
     CornerView view;
-    Matrix5d information = Matrix5d::Zero();  // of rotation (about the corner's axes, rad) and place
-    bool look_known = false;                  // blur, reach, length and model are those of the last frame: need not be found again
-    double spread = 1;                        // mean square of the seen pieces' offsets over their variances
-    std::array<double, 3> blur = {0, 0, 0};   // px
-    std::array<double, 3> reach = {0, 0, 0};  // blurs
+    Matrix5d information = Matrix5d::Zero();      // of rotation (about the corner's axes, rad) and place
+    bool look_known = false;                      // blur, reach, length and model are those of the last frame: need not be found again
+    double spread = 1;                            // mean square of the seen pieces' offsets over their variances
+    std::array<double, 3> blur = {0, 0, 0};       // px
+    std::array<double, 3> reach = {0, 0, 0};      // blurs
     std::array<double, 3> length = {16, 16, 16};  // px, of the pieces
     std::array<StepModel, 3> model = {StepModel::full, StepModel::full, StepModel::full};
     std::vector<EdgePiece> pieces;
@@ -92,11 +92,11 @@ private:
 /// What the pieces say about each edge, for judging and drawing. A piece is seen if its step is where it should be within its own error and
 /// `tolerance` px.
 struct EdgeSupport {
-    double visible = 0;   // px inside the picture
-    double seen = 0;      // px of it that the picture confirms
-    double first = 1e9;   // px from the corner to the first that is seen
-    double last = 0;      // px from the corner to the end of the last that is seen
-    double strength = 0;  // mean contrast over its noise, of the seen
+    double visible = 0;                             // px inside the picture
+    double seen = 0;                                // px of it that the picture confirms
+    double first = 1e9;                             // px from the corner to the first that is seen
+    double last = 0;                                // px from the corner to the end of the last that is seen
+    double strength = 0;                            // mean contrast over its noise, of the seen
     Eigen::Vector2d end = Eigen::Vector2d::Zero();  // px, of the last seen
 };
 std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance);

@@ -91,7 +91,8 @@ CornerSolutions solve_corner(const CornerRays& rays, double wall_angle) {
         const double side = a * b * q + c;
         if (cosine != 0 && side * cosine < 0) continue;
         const double k_w = 1 / std::sqrt(q);
-        if (const auto view = view_from_slopes(ray, u, {a / k_w, b / k_w, k_w}, wall_angle)) solutions.views[static_cast<std::size_t>(solutions.count++)] = *view;
+        if (const auto view = view_from_slopes(ray, u, {a / k_w, b / k_w, k_w}, wall_angle))
+            solutions.views[static_cast<std::size_t>(solutions.count++)] = *view;
     }
     return solutions;
 }

@@ -14,18 +14,30 @@ namespace {
 
 Eigen::Matrix3d map_from_corner(const SiteCorner& corner) { return Eigen::AngleAxisd(corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix(); }
 
-/// Does a wall stand between two places? Walls that end at `to`, a corner, do not.
-bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-    const Eigen::Vector2d end = from + 0.97 * (to - from);
-    const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
-        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x()) > 0;
-    };
-    for (const Polyline& line : walls) {
-        for (std::size_t i = 1; i < line.size(); ++i) {
-            if (side(from, end, line[i - 1]) != side(from, end, line[i]) && side(line[i - 1], line[i], from) != side(line[i - 1], line[i], end)) return true;
+/// Is the corner hidden from the camera? The walls that meet there do not hide it.
+bool hidden(const std::vector<Polyline>& walls, const Eigen::Isometry3d& map_from_camera, const SiteCorner& corner) {
+    const Eigen::Vector2d from = map_from_camera.translation().head<2>();
+    return wall_between(walls, from, from + 0.97 * (corner.position.head<2>() - from));
+}
+
+/// Two corners in one picture that put the camera at the same place speak for that place together.
+void join_same(std::vector<CameraPlace>& places) {
+    constexpr double same = 25;  // chi-square of 3
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        for (std::size_t j = i + 1; j < places.size();) {
+            const CameraPlace& a = places[i];
+            const CameraPlace& b = places[j];
+            const Eigen::Vector3d off(a.pose.x - b.pose.x, a.pose.y - b.pose.y, wrap_angle(a.pose.yaw - b.pose.yaw));
+            if (a.observation == b.observation || off.dot((a.covariance + b.covariance).ldlt().solve(off)) > same) {
+                ++j;
+                continue;
+            }
+            const double weight = a.weight + b.weight;
+            if (b.covariance.topLeftCorner<2, 2>().trace() < a.covariance.topLeftCorner<2, 2>().trace()) places[i] = places[j];
+            places[i].weight = weight;
+            places.erase(places.begin() + static_cast<std::ptrdiff_t>(j));
         }
     }
-    return false;
 }
 
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
@@ -48,7 +60,8 @@ Result<CornerLocator> CornerLocator::for_camera(const Site& site, const SiteCame
     } else {
         return Error{fmt::format("camera {} stands still in the map: a camera that looks for corners has 'height' or 'mount'", camera.id)};
     }
-    if (site.corners.empty()) return Error{fmt::format("camera {} looks for corners, but the site has none: measure one and add it under 'corners'", camera.id)};
+    if (site.corners.empty())
+        return Error{fmt::format("camera {} looks for corners, but the site has none: measure one and add it under 'corners'", camera.id)};
     for (const SiteCorner& corner : site.corners) {
         if (corner.position.z() <= height) {
             return Error{fmt::format("corner {} is {} m high and camera {} is {} m high: the camera must be below the ceiling", corner.id, corner.position.z(),
@@ -90,7 +103,7 @@ CornerHints CornerLocator::expected(const CameraHints& hints) const {
     for (const SiteCorner& corner : site_.corners) {
         const Eigen::Vector2d to_corner = corner.position.head<2>() - map_from_camera.translation().head<2>();
         const auto pixel = project_map_point(view, corner.position);
-        if (!pixel || !camera_.model.contains(*pixel, 6) || wall_between(site_.walls, map_from_camera.translation().head<2>(), corner.position.head<2>())) continue;
+        if (!pixel || !camera_.model.contains(*pixel, 6) || hidden(site_.walls, map_from_camera, corner)) continue;
         const CornerView seen = view_of(map_from_camera, corner);
         if (!is_inside(seen, corner.wall_angle)) continue;
         const Eigen::Matrix3d& p = hints.prediction->covariance;
@@ -241,7 +254,7 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
             double misfit = 0;
             auto place = stand_at(seen[o], corner, misfit);
             if (!place || misfit > settings_.largest_misfit) continue;
-            if (wall_between(site_.walls, place->map_from_camera.pose.translation().head<2>(), corner.position.head<2>())) {
+            if (hidden(site_.walls, place->map_from_camera.pose, corner)) {
                 behind_walls = true;
                 continue;
             }
@@ -262,6 +275,7 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
     double sum = 0;
     for (std::size_t i = 0; i < scores.size(); ++i) sum += result.places[i].weight = std::exp(scores[i] - best);
     std::erase_if(result.places, [&](const CameraPlace& p) { return p.weight < settings_.least_weight * sum; });
+    join_same(result.places);
     std::stable_sort(result.places.begin(), result.places.end(), [](const CameraPlace& a, const CameraPlace& b) { return a.weight > b.weight; });
     double kept = 0;
     for (const CameraPlace& p : result.places) kept += p.weight;

@@ -33,16 +33,16 @@ struct CameraHints {
 };
 
 struct CornerLocatorSettings {
-    double unknown_tilt = 0.026;   // rad: how far a mount without a covariance may be off
-    double least_weight = 1e-3;    // of a place
-    double largest_misfit = 30;    // chi-square of what is seen against the mount: beyond, it is another corner
+    double unknown_tilt = 0.026;  // rad: how far a mount without a covariance may be off
+    double least_weight = 1e-3;   // of a place
+    double largest_misfit = 30;   // chi-square of what is seen against the mount: beyond, it is another corner
     LateModel late;
 };
 
 /// One place where the camera may be.
 struct CameraPlace {
     UncertainPose3 map_from_camera;
-    Pose2 pose;           // of the robot; where the camera stands alone, of the camera: yaw is then the optical axis seen from above
+    Pose2 pose;             // of the robot; where the camera stands alone, of the camera: yaw is then the optical axis seen from above
     bool yaw_known = true;  // not of a camera that looks straight up
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     double weight = 1;
@@ -71,8 +71,7 @@ public:
     void locate(std::span<const CornerObservation> seen, const CameraHints& hints, LocatedCamera& result) const;
 
 private:
-    CornerLocator(const Site& site, const SiteCamera& camera, const CornerLocatorSettings& settings)
-        : site_(site), camera_(camera), settings_(settings) {}
+    CornerLocator(const Site& site, const SiteCamera& camera, const CornerLocatorSettings& settings) : site_(site), camera_(camera), settings_(settings) {}
     std::optional<CameraPlace> stand_at(const CornerObservation& seen, const SiteCorner& corner, double& misfit) const;
     std::optional<CameraPlace> on_tripod(const CornerObservation& seen, const SiteCorner& corner, const KnownHeight& known) const;
     std::optional<CameraPlace> on_robot(const CornerObservation& seen, const SiteCorner& corner, const Mount& mount, double& misfit) const;

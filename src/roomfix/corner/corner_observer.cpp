@@ -102,7 +102,8 @@ void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, C
     if (points_.empty()) {
         result.reason = "no corner: the picture is blank";
     } else if (lines_.size() < 2) {
-        result.reason = fmt::format("no corner: {} in the picture, three that meet are needed", lines_.empty() ? "there is no straight line" : "there is one straight line");
+        result.reason = fmt::format("no corner: {} in the picture, three that meet are needed",
+                                    lines_.empty() ? "there is no straight line" : "there is one straight line");
     } else if (found_.junctions.empty()) {
         result.reason = fmt::format("no corner: none of the {} straight lines start at a common point inside the picture", lines_.size());
     } else if (triples == 0 && found_.candidates.empty()) {
@@ -328,7 +329,9 @@ void CornerObserver::add_rejected(const std::array<int, 3>& used, CornerResult& 
             if (first < 0) first = c;
             last = c + 1;
         }
-        const auto at = [&](int c) { return project(model_, (line.normal * line.distance + line.along() * (line.first + c * line.cell)).eval().homogeneous()); };
+        const auto at = [&](int c) {
+            return project(model_, (line.normal * line.distance + line.along() * (line.first + c * line.cell)).eval().homogeneous());
+        };
         const auto from = at(first);
         const auto to = at(last);
         if (first >= 0 && from && to) result.rejected.push_back({from->cast<float>(), to->cast<float>()});

@@ -21,24 +21,24 @@ struct CornerSettings {
     CornerSearchSettings search;
     CornerFitSettings fit;
     ParallelSettings parallel;
-    double search_capture = 2;          // px: lines of the search are this exact
-    std::size_t most_tried = 12;        // candidates whose edges are read
-    std::size_t most_refined = 4;       // of them that are fitted to the end
-    double long_edge = 55;              // px at 640 px of width: the longest edge seen is no shorter,
-    double second_edge = 40;            // nor is the second,
-    double short_edge = 18;             // nor the third
-    double least_seen = 0.45;           // of the edges inside the picture, up to 200 px of each, this part must be seen
-    double straightness = 0.35;         // px: real edges bend this much
-    double largest_gap = 70;            // px from the corner to where an edge is seen first
-    double largest_spread = 12;         // of the pieces' offsets over their variances
-    double score_scale = 25;            // px of edges seen that make one of two explanations e times likelier
-    double largest_moulding = 0.09;     // of the picture's height: parallel edges this close are a moulding's,
-    double moulding_score = 0.6;        // and the lower corner counts if its score is this part of the upper's
-    double roll_sigma = 0.17;           // rad: cameras are held upright, about
-    double common_tilt = 0.96;          // rad: and look up no more steeply than this (55 deg), about,
-    double tilt_sigma = 0.17;           // rad
-    double largest_doubt = 6;           // half a squared number of standard deviations from that
-    double least_weight = 0.02;         // of an explanation that is reported
+    double search_capture = 2;       // px: lines of the search are this exact
+    std::size_t most_tried = 12;     // candidates whose edges are read
+    std::size_t most_refined = 4;    // of them that are fitted to the end
+    double long_edge = 55;           // px at 640 px of width: the longest edge seen is no shorter,
+    double second_edge = 40;         // nor is the second,
+    double short_edge = 18;          // nor the third
+    double least_seen = 0.45;        // of the edges inside the picture, up to 200 px of each, this part must be seen
+    double straightness = 0.35;      // px: real edges bend this much
+    double largest_gap = 70;         // px from the corner to where an edge is seen first
+    double largest_spread = 12;      // of the pieces' offsets over their variances
+    double score_scale = 25;         // px of edges seen that make one of two explanations e times likelier
+    double largest_moulding = 0.09;  // of the picture's height: parallel edges this close are a moulding's,
+    double moulding_score = 0.6;     // and the lower corner counts if its score is this part of the upper's
+    double roll_sigma = 0.17;        // rad: cameras are held upright, about
+    double common_tilt = 0.96;       // rad: and look up no more steeply than this (55 deg), about,
+    double tilt_sigma = 0.17;        // rad
+    double largest_doubt = 6;        // half a squared number of standard deviations from that
+    double least_weight = 0.02;      // of an explanation that is reported
 };
 
 /// What is known besides the picture.

@@ -14,17 +14,17 @@ namespace roomfix {
 
 struct CornerSearchSettings {
     // Lengths in px are those of a picture 640 px wide.
-    double meeting = 5;          // px: three lines meet within this of a point
-    double least_angle = 18;     // deg between two of them
-    double border = 6;           // px: a corner lies this far inside the picture
-    double near_corner = 60;     // px: here a line must start, and must not go on beyond the corner
-    double least_near = 0.35;    // part of that which carries edge points
-    double steepest = 35;        // deg: the walls' edge leans at most this much from the picture's vertical, where nothing else is known
-    double farthest = 8;         // ceiling distances from the corner, along the floor
-    std::size_t most = 24;       // candidates
+    double meeting = 5;        // px: three lines meet within this of a point
+    double least_angle = 18;   // deg between two of them
+    double border = 6;         // px: a corner lies this far inside the picture
+    double near_corner = 60;   // px: here a line must start, and must not go on beyond the corner
+    double least_near = 0.35;  // part of that which carries edge points
+    double steepest = 35;      // deg: the walls' edge leans at most this much from the picture's vertical, where nothing else is known
+    double farthest = 8;       // ceiling distances from the corner, along the floor
+    std::size_t most = 24;     // candidates
     std::size_t most_junctions = 8;
-    double faint_length = 70;    // px of a faint line that are looked at
-    double faint = 6;            // standard errors that a faint line's step stands out
+    double faint_length = 70;  // px of a faint line that are looked at
+    double faint = 6;          // standard errors that a faint line's step stands out
 };
 
 /// Where down is in the camera's frame, if that is known.
@@ -36,13 +36,13 @@ struct Gravity {
 struct CornerCandidate {
     CornerView view;
     double wall_angle = 0;
-    double score = 0;                   // px of edge points along the three lines, less what speaks against
+    double score = 0;                      // px of edge points along the three lines, less what speaks against
     std::array<int, 3> lines = {0, 0, 0};  // of the search
 };
 
 /// Two lines that meet where a corner might be whose third line is too faint for a line of its own.
 struct CornerJunction {
-    Eigen::Vector2d point = Eigen::Vector2d::Zero();                                              // normalised picture
+    Eigen::Vector2d point = Eigen::Vector2d::Zero();                                                 // normalised picture
     std::array<Eigen::Vector2d, 2> directions = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};  // away from it
     double score = 0;
     std::array<int, 2> lines = {0, 0};

@@ -26,7 +26,8 @@ public:
     /// 0 <= grey <= 255
     float operator[](float grey) const {
         const int below = static_cast<int>(grey);
-        return table_[static_cast<std::size_t>(below)] + (grey - static_cast<float>(below)) * (table_[static_cast<std::size_t>(below) + 1] - table_[static_cast<std::size_t>(below)]);
+        return table_[static_cast<std::size_t>(below)] +
+               (grey - static_cast<float>(below)) * (table_[static_cast<std::size_t>(below) + 1] - table_[static_cast<std::size_t>(below)]);
     }
 
 private:

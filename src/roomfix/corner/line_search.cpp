@@ -8,8 +8,8 @@
 namespace roomfix {
 namespace {
 
-constexpr int grid = 8;       // px
-constexpr int angles = 360;   // one per degree, directed
+constexpr int grid = 8;      // px
+constexpr int angles = 360;  // one per degree, directed
 const std::array<Eigen::Vector2f, angles> directions = [] {
     std::array<Eigen::Vector2f, angles> table;
     for (int i = 0; i < angles; ++i) {
@@ -28,8 +28,7 @@ double SceneLine::covered(double from, double to) const {
     return cell * (filled[static_cast<std::size_t>(high)] - filled[static_cast<std::size_t>(low)]);
 }
 
-LineSearch::LineSearch(const CameraModel& model, const LineSearchSettings& settings)
-    : model_(model), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {
+LineSearch::LineSearch(const CameraModel& model, const LineSearchSettings& settings) : model_(model), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {
     grid_across_ = (model.width + grid - 1) / grid + 1;
     grid_down_ = (model.height + grid - 1) / grid + 1;
     double widest = 0;
@@ -67,7 +66,9 @@ void LineSearch::straighten(const std::vector<EdgePoint>& points) {
     }
     // Sorted by direction, so that a line looks only at points that run along it.
     sector_starts_.fill(0);
-    const auto sector = [](const StraightPoint& p) { return std::min(static_cast<std::size_t>(p.angle * (sectors / static_cast<float>(angles))), sectors - 1); };
+    const auto sector = [](const StraightPoint& p) {
+        return std::min(static_cast<std::size_t>(p.angle * (sectors / static_cast<float>(angles))), sectors - 1);
+    };
     for (const StraightPoint& p : unsorted_) ++sector_starts_[sector(p) + 1];
     for (std::size_t i = 1; i <= sectors; ++i) sector_starts_[i] += sector_starts_[i - 1];
     points_.resize(unsorted_.size());
@@ -100,7 +101,8 @@ void LineSearch::vote(int reduction) {
     for (const StraightPoint& p : points_) {
         const int middle = static_cast<int>(p.angle + 0.5f);
         // A gradient over its noise of 8 tells its direction within a few degrees.
-        const int spread = static_cast<int>(std::lround(std::clamp(1.0 + 3.0 * settings_.angle_spread / static_cast<double>(p.strength), 2.0, 3 * settings_.angle_spread)));
+        const int spread =
+            static_cast<int>(std::lround(std::clamp(1.0 + 3.0 * settings_.angle_spread / static_cast<double>(p.strength), 2.0, 3 * settings_.angle_spread)));
         const float weight = std::min(p.strength, 8.0f) * 0.125f + 0.5f;
         for (int a = middle - spread; a <= middle + spread; ++a) {
             const int index = (a + 2 * angles) % angles;
@@ -140,7 +142,7 @@ void LineSearch::find_peaks() {
 bool LineSearch::fit(const Peak& peak, int reduction, SceneLine& line) {
     Eigen::Vector2f normal = directions[static_cast<std::size_t>(peak.angle)];
     float distance = (static_cast<float>(peak.distance) - 0.5f * static_cast<float>(distances_)) * distance_cell_;
-        for (int round = 0; round < 2; ++round) {
+    for (int round = 0; round < 2; ++round) {
         const float near = static_cast<float>((round == 0 ? 1.6 : 1.0) * settings_.point_distance * reduction);
         double w = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
         along(normal, [&](const StraightPoint& p, std::size_t) {

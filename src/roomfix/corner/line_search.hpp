@@ -13,10 +13,10 @@
 namespace roomfix {
 
 struct LineSearchSettings {
-    double angle_spread = 7;       // deg: votes of a weak point reach this far to both sides
-    double point_distance = 1.3;   // reduced px: points of a line lie this close to it
-    double point_angle = 22;       // deg: and run along it this closely
-    double least_points = 9;       // of a line
+    double angle_spread = 7;      // deg: votes of a weak point reach this far to both sides
+    double point_distance = 1.3;  // reduced px: points of a line lie this close to it
+    double point_angle = 22;      // deg: and run along it this closely
+    double least_points = 9;      // of a line
     std::size_t most_lines = 64;
 };
 
@@ -26,7 +26,7 @@ struct SceneLine {
     Eigen::Vector2d normal = Eigen::Vector2d::UnitX();  // towards the brighter side
     double distance = 0;
     int points = 0;
-    double first = 0, cell = 1;  // cell i covers first + i * cell to first + (i + 1) * cell along (-normal.y, normal.x)
+    double first = 0, cell = 1;                    // cell i covers first + i * cell to first + (i + 1) * cell along (-normal.y, normal.x)
     std::array<std::int16_t, cells + 1> filled{};  // cells with edge points before cell i
 
     Eigen::Vector2d along() const { return {-normal.y(), normal.x()}; }
@@ -43,7 +43,7 @@ public:
 
 private:
     struct StraightPoint {
-        float x, y;      // px of a picture without lens distortion, from the image centre
+        float x, y;  // px of a picture without lens distortion, from the image centre
         float nx, ny;
         float strength;
         float angle;  // deg, 0..360
@@ -71,9 +71,9 @@ private:
     std::array<std::size_t, sectors + 1> sector_starts_{};
     std::vector<std::uint8_t> claimed_;  // of the points, by a line
     std::vector<std::size_t> taken_;
-    int distances_ = 0;                      // cells of the distance axis
+    int distances_ = 0;  // cells of the distance axis
     float distance_cell_ = 1;
-    std::vector<float> votes_;               // angles x distances
+    std::vector<float> votes_;  // angles x distances
     std::vector<Peak> peaks_;
     double least_ = 0;  // points of a line
 };

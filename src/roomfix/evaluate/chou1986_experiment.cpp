@@ -174,9 +174,10 @@ std::string chou1986_table(const Chou1986Report& report) {
                             columns(coordinate_of(values[0], place.x()), coordinate_of(values[1], place.y())),
                             columns(coordinate_of(values[2], place.x()), coordinate_of(values[3], place.y())), 1e3 * std::sqrt(bound / std::max(count, 1)));
     }
-    text += fmt::format("  roomfix: {} fixes, {} lost; error of a single picture over the distance to the corner: mean {:.4f} %, largest {:.3f} %, rms {:.4f} %\n",
-                        static_cast<int>(report.trials.size()) - report.lost(), report.lost(), 100 * report.mean_error(), 100 * report.largest_error(),
-                        100 * report.rms_error());
+    text +=
+        fmt::format("  roomfix: {} fixes, {} lost; error of a single picture over the distance to the corner: mean {:.4f} %, largest {:.3f} %, rms {:.4f} %\n",
+                    static_cast<int>(report.trials.size()) - report.lost(), report.lost(), 100 * report.mean_error(), 100 * report.largest_error(),
+                    100 * report.rms_error());
     text += fmt::format("    rms / bound {:.2f}; rotation: mean {:.4f} deg, rms / bound {:.2f}; mean NEES {:.2f} (5 unknowns)\n",
                         report.rms_error() / report.bound_rms(), degrees(report.mean_rotation()), report.rotation_rms() / report.rotation_bound(),
                         report.mean_nees());

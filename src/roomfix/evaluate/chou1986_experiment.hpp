@@ -15,8 +15,8 @@ namespace roomfix {
 
 struct Chou1986Options {
     std::uint64_t seed = 1;
-    int seeds = 1;           // each with its own rooms, looks and noise
-    bool published = true;   // the published method, too
+    int seeds = 1;          // each with its own rooms, looks and noise
+    bool published = true;  // the published method, too
 };
 
 struct Chou1986Trial {

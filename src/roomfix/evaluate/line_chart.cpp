@@ -61,18 +61,20 @@ std::string svg_of(const LineChart& chart) {
         width, height, left, escaped(chart.title));
     for (const double x : xs) {
         const Eigen::Vector2d p = at(x, ys.front());
-        svg += fmt::format("<path d=\"M{:.1f},{:.1f}V{:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"#444\">{:g}</text>\n", p.x(),
-                           p.y(), top, p.x(), p.y() + 18, x);
+        svg += fmt::format(
+            "<path d=\"M{:.1f},{:.1f}V{:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"#444\">{:g}</text>\n", p.x(),
+            p.y(), top, p.x(), p.y() + 18, x);
     }
     for (const double y : ys) {
         const Eigen::Vector2d p = at(xs.front(), y);
-        svg += fmt::format("<path d=\"M{:.1f},{:.1f}H{:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\" fill=\"#444\">{:g}</text>\n", p.x(),
-                           p.y(), width - right, p.x() - 8, p.y() + 4, y);
+        svg +=
+            fmt::format("<path d=\"M{:.1f},{:.1f}H{:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\" fill=\"#444\">{:g}</text>\n",
+                        p.x(), p.y(), width - right, p.x() - 8, p.y() + 4, y);
     }
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n", left + 0.5 * (width - left - right), height - 12,
                        escaped(chart.x_label));
-    svg += fmt::format("<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n", top + 0.5 * (height - top - bottom),
-                       escaped(chart.y_label));
+    svg += fmt::format("<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n",
+                       top + 0.5 * (height - top - bottom), escaped(chart.y_label));
     double legend = top + 10;
     for (std::size_t i = 0; i < chart.curves.size(); ++i) {
         const Curve& curve = chart.curves[i];
@@ -86,8 +88,8 @@ std::string svg_of(const LineChart& chart) {
         }
         svg += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}/>\n", path, colour, dash);
         const double x = width - right - 300;
-        svg += fmt::format("<path d=\"M{:.1f},{:.1f}h26\" stroke=\"{}\" stroke-width=\"2\"{}/><text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"#222\">{}</text>\n", x, legend, colour,
-                           dash, x + 34, legend + 4, escaped(curve.name));
+        svg += fmt::format("<path d=\"M{:.1f},{:.1f}h26\" stroke=\"{}\" stroke-width=\"2\"{}/><text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"#222\">{}</text>\n", x,
+                           legend, colour, dash, x + 34, legend + 4, escaped(curve.name));
         legend += 18;
     }
     return svg + "</svg>\n";

@@ -8,8 +8,8 @@
 namespace roomfix {
 namespace {
 
-constexpr int scale = 4;                // of the reduced picture's grey levels
-constexpr float sobel_gain = 8;         // of a Sobel operator: a slope of 1 per px gives 8
+constexpr int scale = 4;         // of the reduced picture's grey levels
+constexpr float sobel_gain = 8;  // of a Sobel operator: a slope of 1 per px gives 8
 constexpr int histogram_bins = 1024;
 
 }  // namespace
@@ -78,7 +78,8 @@ std::int32_t EdgePointFinder::threshold() {
     }
     std::uint32_t below = 0;
     int median = 0;
-    while (median < histogram_bins - 1 && 2 * (below + histogram[static_cast<std::size_t>(median)]) < total) below += histogram[static_cast<std::size_t>(median++)];
+    while (median < histogram_bins - 1 && 2 * (below + histogram[static_cast<std::size_t>(median)]) < total)
+        below += histogram[static_cast<std::size_t>(median++)];
     // The median of |g| + |h| of two independent normal g and h is 1.55 standard deviations.
     const double sigma = std::max(median + 0.5, 1.0) / 1.55;
     noise_ = sigma / (static_cast<double>(sobel_gain) * scale);

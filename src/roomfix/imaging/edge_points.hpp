@@ -9,17 +9,17 @@
 namespace roomfix {
 
 struct EdgePointSettings {
-    int working_width = 320;        // px: pictures are reduced by whole factors to about this width
-    double threshold = 3.2;         // times the gradients' noise
-    double least_gradient = 0.35;   // grey levels per reduced px
-    std::size_t most_points = 8000; // the strongest
+    int working_width = 320;         // px: pictures are reduced by whole factors to about this width
+    double threshold = 3.2;          // times the gradients' noise
+    double least_gradient = 0.35;    // grey levels per reduced px
+    std::size_t most_points = 8000;  // the strongest
 };
 
 /// Where the gradient is largest along its own direction.
 struct EdgePoint {
-    float x = 0, y = 0;      // px of the full picture
-    float nx = 0, ny = 0;    // direction towards the brighter side, unit length
-    float strength = 0;      // gradient over its noise
+    float x = 0, y = 0;    // px of the full picture
+    float nx = 0, ny = 0;  // direction towards the brighter side, unit length
+    float strength = 0;    // gradient over its noise
 };
 
 /// Keeps its working memory; no allocation for pictures of the same size.

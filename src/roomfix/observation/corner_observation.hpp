@@ -29,7 +29,7 @@ struct EdgeSighting {
 
 struct CornerObservation {
     CornerView view;
-    double wall_angle = std::numbers::pi / 2;   // rad, between the two walls, inside the room
+    double wall_angle = std::numbers::pi / 2;    // rad, between the two walls, inside the room
     Matrix5d covariance = Matrix5d::Identity();  // rotation about the corner's x, y, z (rad): true = Exp(d) * corner_from_camera; then place
     double weight = 1;                           // among all that one picture may show
     Eigen::Vector2f pixel = Eigen::Vector2f::Zero();

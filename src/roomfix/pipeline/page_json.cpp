@@ -72,9 +72,8 @@ json shape_json(const Shape& shape) {
 }  // namespace
 
 std::string SiteRunner::site_json() const {
-    json site = {{"name", site_.name},       {"walls", json::array()},     {"cameras", json::array()},
-                 {"robots", json::object()}, {"landmarks", json::array()}, {"beacons", json::array()},
-                 {"corners", json::array()}};
+    json site = {{"name", site_.name},         {"walls", json::array()},   {"cameras", json::array()}, {"robots", json::object()},
+                 {"landmarks", json::array()}, {"beacons", json::array()}, {"corners", json::array()}};
     for (const Polyline& line : site_.walls) {
         json polyline = json::array();
         for (const auto& p : line) polyline.push_back(point(p));

@@ -73,7 +73,7 @@ private:
         std::optional<TagDetector> tags;  // of robots that carry one
         OverheadResult result;            // the observing thread's own
         std::unique_ptr<OnboardLocator> locator;
-        OnboardResult onboard;                     // the observing thread's own
+        OnboardResult onboard;  // the observing thread's own
         std::unique_ptr<CornerCamera> corners;
         CornerCameraResult corner;  // the observing thread's own
         CornerCameraResult shown_corner;

@@ -144,7 +144,9 @@ void add_room(Scenario& scenario) {
     scenario.room.boxes = {{{14.75, 8.2, 0.9}, {0.3, 0.6, 0.9}, 0, 0.2f, true}};
     Site& site = scenario.site;
     site.walls.push_back({{left, low}, {right, low}, {right, high}, {left, high}, {left, low}});
-    site.corners = {{"sw", {left, low, height}, 0}, {"se", {right, low, height}, radians(90)}, {"ne", {right, high, height}, radians(180)},
+    site.corners = {{"sw", {left, low, height}, 0},
+                    {"se", {right, low, height}, radians(90)},
+                    {"ne", {right, high, height}, radians(180)},
                     {"nw", {left, high, height}, radians(-90)}};
     site.beacons.push_back({"b1", {15.2, 5.5, 2.4}, ""});
     site.beacons.push_back({"b2", {19.3, 8.9, 2.4}, ""});

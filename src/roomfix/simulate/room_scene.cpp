@@ -160,7 +160,8 @@ private:
         for (std::size_t i = scene_.panels.size(); i-- > 0;) {
             const CeilingPanel& panel = scene_.panels[i];
             const Eigen::Vector2d off = place.head<2>().cast<double>() - panel.centre;
-            const Eigen::Vector2d own(std::cos(panel.yaw) * off.x() + std::sin(panel.yaw) * off.y(), -std::sin(panel.yaw) * off.x() + std::cos(panel.yaw) * off.y());
+            const Eigen::Vector2d own(std::cos(panel.yaw) * off.x() + std::sin(panel.yaw) * off.y(),
+                                      -std::sin(panel.yaw) * off.x() + std::cos(panel.yaw) * off.y());
             if (std::abs(own.x()) > panel.half.x() || std::abs(own.y()) > panel.half.y()) continue;
             hit.albedo = panel.albedo;
             hit.glow = panel.glow;

@@ -16,13 +16,13 @@ namespace roomfix {
 /// A rectangle on a wall: a poster, a door, a window, a switch.
 struct WallPatch {
     std::size_t wall = 0;
-    Eigen::Vector2d low = Eigen::Vector2d::Zero();   // m: along the wall from its first point, and height above the floor
+    Eigen::Vector2d low = Eigen::Vector2d::Zero();  // m: along the wall from its first point, and height above the floor
     Eigen::Vector2d high = Eigen::Vector2d::Zero();
     float albedo = 0.5f;
-    float glow = 0;           // light of its own: a window
-    double border = 0;        // m: width of a frame inside it
+    float glow = 0;     // light of its own: a window
+    double border = 0;  // m: width of a frame inside it
     float border_albedo = 0;
-    double pattern = 0;       // m: size of the cells of what it shows; 0: plain
+    double pattern = 0;  // m: size of the cells of what it shows; 0: plain
 };
 
 /// A lamp's lit face, a duct or a hatch on the ceiling.
@@ -56,11 +56,11 @@ struct RoomScene {
     double moulding = 0;  // m: a plaster moulding's reach along wall and ceiling; 0: none
     float moulding_albedo = 0.85f;
     float floor_albedo = 0.35f;
-    float texture = 0.03f;        // relative grain of the walls
-    double texture_size = 0.06;   // m
+    float texture = 0.03f;       // relative grain of the walls
+    double texture_size = 0.06;  // m
     float ambient = 0.6f;
-    float occlusion = 0.18f;      // ambient light lost beside a surface at a right angle ...
-    double occlusion_size = 1.5;  // m, ... over about this distance
+    float occlusion = 0.18f;         // ambient light lost beside a surface at a right angle ...
+    double occlusion_size = 1.5;     // m, ... over about this distance
     std::vector<WallPatch> patches;  // later ones lie over earlier ones
     std::vector<CeilingPanel> panels;
     std::vector<RoomBox> boxes;

@@ -29,9 +29,9 @@ SensorModel room_sensor();
 /// The paper's experiment: the ceiling two metres above the camera, 16 places of which it prints no coordinates; here a grid from
 /// 1 to 4 m away from the foot of the corner. Map = corner: x and y along the walls.
 const std::vector<Eigen::Vector2d>& chou1986_places();
-constexpr int chou1986_pictures = 6;              // per place
-constexpr double chou1986_camera_height = 0.70;   // m
-constexpr double chou1986_ceiling = 2.70;         // m
+constexpr int chou1986_pictures = 6;             // per place
+constexpr double chou1986_camera_height = 0.70;  // m
+constexpr double chou1986_ceiling = 2.70;        // m
 
 /// The experiment's camera at a place, turned towards the corner, each time a little differently.
 Eigen::Isometry3d look_at_corner(const Eigen::Vector2d& place, const Eigen::Vector3d& corner, Random& random);

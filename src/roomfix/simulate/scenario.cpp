@@ -77,22 +77,6 @@ Eigen::Isometry3d looking_up(double height) {
     return mount;
 }
 
-namespace {
-
-bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
-        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x()) > 0;
-    };
-    for (const Polyline& line : walls) {
-        for (std::size_t i = 1; i < line.size(); ++i) {
-            if (side(a, b, line[i - 1]) != side(a, b, line[i]) && side(line[i - 1], line[i], a) != side(line[i - 1], line[i], b)) return true;
-        }
-    }
-    return false;
-}
-
-}  // namespace
-
 std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t robot, double from, double to, std::uint64_t seed) {
     std::vector<RangeObservation> ranges;
     const auto& receiver = scenario.robots[robot].robot.receiver;

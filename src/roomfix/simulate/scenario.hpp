@@ -51,8 +51,8 @@ struct ScenarioUpCamera {
 /// A camera that looks for corners: it rides on a robot, or stands on a tripod that is carried around.
 struct ScenarioEye {
     std::string id;
-    std::size_t robot = 0;                 // index in the scenario's robots
-    CameraOnRobot truth;                   // true mount; its covariance is not used
+    std::size_t robot = 0;  // index in the scenario's robots
+    CameraOnRobot truth;    // true mount; its covariance is not used
     SensorModel sensor;
     GlareModel glare;
     std::vector<Eigen::Isometry3d> stops;  // of a tripod: map_from_camera of frame after frame; the mount means nothing then

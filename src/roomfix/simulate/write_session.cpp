@@ -82,8 +82,8 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
 
     if (auto written = write_ranges(scenario, folder, duration, options.seed); !written) return written;
 
-    const double total =
-        static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) + static_cast<double>(scenario.up_cameras.size() + scenario.eyes.size()) * frames;
+    const double total = static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) +
+                         static_cast<double>(scenario.up_cameras.size() + scenario.eyes.size()) * frames;
     double done = 0;
     LumaImage frame;
     for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {

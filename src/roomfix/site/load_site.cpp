@@ -277,7 +277,8 @@ void read_corner(YamlReader& reader, const std::string& id, const YAML::Node& no
     corner.wall_angle = radians(reader.number(node["angle_deg"], what + ".angle_deg", 20, 160).value_or(90));
     corner.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(corner.sigma);
     if (position && !(position->z() > 0)) {
-        reader.error(node["position"], fmt::format("{}.position: z is {}: a corner under the ceiling is that high above the floor, in metres", what, position->z()));
+        reader.error(node["position"],
+                     fmt::format("{}.position: z is {}: a corner under the ceiling is that high above the floor, in metres", what, position->z()));
     }
     site.corners.push_back(corner);
 }

@@ -60,6 +60,18 @@ std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& land
     return shapes;
 }
 
+bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
+        return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x()) > 0;
+    };
+    for (const Polyline& line : walls) {
+        for (std::size_t i = 1; i < line.size(); ++i) {
+            if (side(a, b, line[i - 1]) != side(a, b, line[i]) && side(line[i - 1], line[i], a) != side(line[i - 1], line[i], b)) return true;
+        }
+    }
+    return false;
+}
+
 Eigen::Vector3d half_size(const Shape& shape) {
     if (const auto* box = std::get_if<Box>(&shape)) return {box->length / 2, box->width / 2, box->height / 2};
     const auto& cylinder = std::get<Cylinder>(shape);

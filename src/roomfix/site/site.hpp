@@ -164,6 +164,9 @@ struct LandmarkShape {
 };
 std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& landmarks);
 
+/// Does a wall stand between two places of the map?
+bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
+
 /// Length of the robot along each axis: half sizes of the box around it (m).
 Eigen::Vector3d half_size(const Shape& shape);
 
