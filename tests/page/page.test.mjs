@@ -98,7 +98,7 @@ test('dark, and on a phone', async () => {
 
 test('the data behind the page', async () => {
   const site = await (await fetch(`${address}/api/site`)).json();
-  assert.deepEqual(site.cameras.map((c) => c.id), ['hall1', 'hall2', 'hall3', 'up']);
+  assert.deepEqual(site.cameras.map((c) => c.id), ['hall1', 'hall2', 'hall3', 'up', 'eye']);
   assert.equal(site.cameras[3].robot, 'r1');
   assert.deepEqual(site.landmarks.map((l) => l.points.length), [3, 3, 3, 3, 3, 3]);
   const state = await (await fetch(`${address}/api/state`)).json();

@@ -30,7 +30,7 @@ struct CornerFitSettings {
     double noisier = 2.5;         // times more noise in the wide reading tells that something does
     double least_contrast = 4;    // standard deviations: a weaker step is none
     double largest_offset = 1.2;  // blurs: a step farther off belongs to something else
-    double model_sigma = 0.02;    // px: real edges are not quite straight
+    double model_sigma = 0.014;   // px: real edges are not quite straight
     double soft_blur = 1.6;       // px, of finish_softly()
     double merged = 1.8;          // times the sharpest edge's blur: such an edge is two
     double outlier = 6;           // standard deviations

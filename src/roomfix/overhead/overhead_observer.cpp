@@ -223,6 +223,7 @@ void OverheadObserver::refit_together(const FrameEvidence& evidence) {
 }
 
 bool OverheadObserver::available(int robot) const {
+    if (static_cast<std::size_t>(robot) < elsewhere_.size() && elsewhere_[static_cast<std::size_t>(robot)]) return false;
     return robots_[static_cast<std::size_t>(robot)].many || std::none_of(found_.begin(), found_.end(), [&](const Found& f) { return f.robot == robot; });
 }
 

@@ -47,6 +47,9 @@ public:
     bool has_background() const { return !background_.empty(); }
     const BackgroundModel& background() const { return background_; }
 
+    /// Robots (one flag each) that are surely somewhere else and are not looked for; empty: none.
+    void set_elsewhere(const std::vector<char>& elsewhere) { elsewhere_ = elsewhere; }
+
     /// Finds the robots in a frame and then refreshes the background where no robot is. `frame` must have the view's size.
     /// No allocation in steady state, as long as `result` is reused.
     void observe(LumaView frame, OverheadResult& result);
@@ -82,6 +85,7 @@ private:
 
     View view_;
     std::vector<SiteRobot> robots_;
+    std::vector<char> elsewhere_;
     std::vector<ShapePoints> shapes_;
     OverheadSettings settings_;
     BackgroundModel background_;

@@ -123,7 +123,7 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         return Error{message};
     }
     const double before = wall_clock();
-    const auto poses = post.observer ? watch(post, frame) : post.corners ? look_for_corner(post, frame, time) : look_up(post, frame, time);
+    const auto poses = post.observer ? watch(post, frame, time) : post.corners ? look_for_corner(post, frame, time) : look_up(post, frame, time);
     const double after = wall_clock();
 
     const std::lock_guard lock(mutex_);
@@ -148,8 +148,23 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
     return {};
 }
 
+/// Robots that are surely behind a wall for a fixed camera, each with a flag.
+std::vector<char> SiteRunner::robots_elsewhere(const Post& post, Nanoseconds time) const {
+    constexpr double sure = 0.04;  // m^2, variance of the place
+    std::vector<char> elsewhere(site_.robots.size(), 0);
+    const std::lock_guard lock(mutex_);
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        if (site_.robots[r].many) continue;
+        const auto expected = smoother_.expected(static_cast<int>(r), time);
+        if (!expected || expected->covariance.topLeftCorner<2, 2>().trace() > sure) continue;
+        elsewhere[r] = wall_between(site_.walls, post.observer->view().position().head<2>(), {expected->pose.x, expected->pose.y});
+    }
+    return elsewhere;
+}
+
 /// What a fixed camera sees: outlines, and the tags of robots that wear one. A tag says more than an outline.
-std::vector<PoseObservation> SiteRunner::watch(Post& post, LumaView frame) {
+std::vector<PoseObservation> SiteRunner::watch(Post& post, LumaView frame, Nanoseconds time) {
+    post.observer->set_elsewhere(robots_elsewhere(post, time));
     post.observer->observe(frame, post.result);
     std::vector<PoseObservation> poses = poses_of(post.result.observations);
     if (!post.tags) return poses;

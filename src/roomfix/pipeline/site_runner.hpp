@@ -92,7 +92,8 @@ private:
         std::unique_ptr<OnboardLocator> alone;  // for a robot without a camera
         std::vector<RangeObservation> heard;    // the newest of each beacon
     };
-    std::vector<PoseObservation> watch(Post& post, LumaView frame);
+    std::vector<PoseObservation> watch(Post& post, LumaView frame, Nanoseconds time);
+    std::vector<char> robots_elsewhere(const Post& post, Nanoseconds time) const;
     std::vector<PoseObservation> look_for_corner(Post& post, LumaView frame, Nanoseconds time);
     const std::string& reason_of(const Post& post) const;
     std::vector<PoseObservation> look_up(Post& post, LumaView frame, Nanoseconds time);
