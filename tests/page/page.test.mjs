@@ -102,8 +102,10 @@ test('the data behind the page', async () => {
   assert.equal(site.cameras[3].robot, 'r1');
   assert.deepEqual(site.landmarks.map((l) => l.points.length), [3, 3, 3, 3, 3, 3]);
   const state = await (await fetch(`${address}/api/state`)).json();
-  assert.ok(state.ranges.every((r) => r.robot === 'r1' && r.radius >= 0 && site.beacons.some((b) => b.id === r.beacon)));
+  assert.ok(state.ranges.every((r) => ['r1', 'scout'].includes(r.robot) && r.radius >= 0 && site.beacons.some((b) => b.id === r.beacon)));
   assert.ok(Array.isArray(state.cameras[3].seen.landmarks) && Array.isArray(state.cameras[3].seen.lamps));
+  assert.deepEqual(site.corners.map((c) => c.points.length), [3, 3, 3, 3]);
+  assert.ok(Array.isArray(state.cameras[4].corner.edges) && Array.isArray(state.cameras[4].corner.rejected));
   assert.ok(state.robots.every((r) => r.cov[0] > 0 && r.cov[2] > 0));
   assert.equal((await fetch(`${address}/api/cameras/nowhere.jpg`)).status, 404);
   const picture = await fetch(`${address}/api/cameras/hall1.jpg`);
