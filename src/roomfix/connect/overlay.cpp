@@ -36,14 +36,30 @@ private:
     std::vector<cv::Rect> written_;
 };
 
+cv::Mat in_colour(LumaView frame) {
+    const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
+    cv::Mat picture;
+    cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+    return picture;
+}
+
+/// Along the lower edge.
+void write_caption(cv::Mat& picture, const std::string& caption) {
+    if (caption.empty()) return;
+    cv::rectangle(picture, cv::Rect(0, picture.rows - 18, picture.cols, 18), {40, 40, 40}, cv::FILLED);
+    cv::putText(picture, caption, {6, picture.rows - 5}, cv::FONT_HERSHEY_SIMPLEX, 0.4, {255, 255, 255}, 1, cv::LINE_AA);
+}
+
+Error not_written(const std::filesystem::path& file) {
+    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+}
+
 }  // namespace
 
 Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
                           const std::vector<std::string>& labels, const OverlayOptions& options) {
     try {
-        const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
-        cv::Mat picture;
-        cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+        cv::Mat picture = in_colour(frame);
         for (int y = 0; options.foreground && y < frame.height; ++y) {
             for (int x = 0; x < frame.width; ++x) {
                 if (options.foreground->at(x, y)) picture.at<cv::Vec3b>(y, x)[0] = 255;
@@ -73,14 +89,12 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
         if (cv::imwrite(file.string(), large)) return {};
     } catch (const cv::Exception&) {
     }
-    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+    return not_written(file);
 }
 
 Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom) {
     try {
-        const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
-        cv::Mat large;
-        cv::cvtColor(grey, large, cv::COLOR_GRAY2BGR);
+        cv::Mat large = in_colour(frame);
         cv::resize(large, large, {}, zoom, zoom, cv::INTER_NEAREST);
         const auto place = [&](double x, double y) {
             return cv::Point(static_cast<int>(16 * ((x + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((y + 0.5) * zoom - 0.5)));
@@ -104,21 +118,16 @@ Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView fr
             cv::polylines(large, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
             if (i < overlay.names.size()) label_writer.write_above(large, cv::boundingRect(polygon), overlay.names[i]);
         }
-        if (!overlay.caption.empty()) {
-            cv::rectangle(large, cv::Rect(0, large.rows - 18, large.cols, 18), {40, 40, 40}, cv::FILLED);
-            cv::putText(large, overlay.caption, {6, large.rows - 5}, cv::FONT_HERSHEY_SIMPLEX, 0.4, {255, 255, 255}, 1, cv::LINE_AA);
-        }
+        write_caption(large, overlay.caption);
         if (cv::imwrite(file.string(), large)) return {};
     } catch (const cv::Exception&) {
     }
-    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+    return not_written(file);
 }
 
 Result<void> save_corner_overlay(const std::filesystem::path& file, LumaView frame, const CornerOverlay& overlay, int zoom) {
     try {
-        const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
-        cv::Mat large;
-        cv::cvtColor(grey, large, cv::COLOR_GRAY2BGR);
+        cv::Mat large = in_colour(frame);
         cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
         const auto place = [&](const Eigen::Vector2f& p) {
             const float half = 0.5f;
@@ -138,14 +147,11 @@ Result<void> save_corner_overlay(const std::filesystem::path& file, LumaView fra
             cv::circle(large, middle, 5 * 16, {255, 255, 255}, 1, cv::LINE_AA, 4);
             if (!overlay.name.empty()) label_writer.write_above(large, cv::Rect(middle.x, middle.y - 8 * 16, 1, 1), overlay.name);
         }
-        if (!overlay.caption.empty()) {
-            cv::rectangle(large, cv::Rect(0, large.rows - 18, large.cols, 18), {40, 40, 40}, cv::FILLED);
-            cv::putText(large, overlay.caption, {6, large.rows - 5}, cv::FONT_HERSHEY_SIMPLEX, 0.4, {255, 255, 255}, 1, cv::LINE_AA);
-        }
+        write_caption(large, overlay.caption);
         if (cv::imwrite(file.string(), large)) return {};
     } catch (const cv::Exception&) {
     }
-    return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
+    return not_written(file);
 }
 
 }  // namespace roomfix

@@ -263,19 +263,13 @@ bool CornerFitter::finish_softly(LumaView frame, double wall_angle, CornerFit& f
 
 std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance) {
     std::array<EdgeSupport, 3> support;
-    std::array<double, 3> strength{};
     for (const EdgePiece& piece : fit.pieces) {
         EdgeSupport& edge = support[piece.edge];
         edge.visible += piece.length;
         if (!piece.seen || std::abs(piece.step.offset) > 3 * std::sqrt(piece.step.variance) + tolerance) continue;
         edge.seen += piece.length;
         edge.first = std::min(edge.first, piece.start);
-        edge.last = piece.start + piece.length;
         edge.end = piece.stretch.to;
-        strength[piece.edge] += piece.length * std::abs(piece.step.contrast) / piece.step.contrast_sigma;
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (support[i].seen > 0) support[i].strength = strength[i] / support[i].seen;
     }
     return support;
 }

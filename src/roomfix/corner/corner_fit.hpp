@@ -76,7 +76,7 @@ public:
     /// Reads all pieces at the fit's view, blur, reach, length and model without moving it; only every `skip`-th row of each.
     void read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const;
 
-    const CornerFitSettings& settings() const { return settings_; }
+    const LightTable& light() const { return light_; }
 
 private:
     bool step(double wall_angle, double gate, CornerFit& fit) const;
@@ -95,8 +95,6 @@ struct EdgeSupport {
     double visible = 0;                             // px inside the picture
     double seen = 0;                                // px of it that the picture confirms
     double first = 1e9;                             // px from the corner to the first that is seen
-    double last = 0;                                // px from the corner to the end of the last that is seen
-    double strength = 0;                            // mean contrast over its noise, of the seen
     Eigen::Vector2d end = Eigen::Vector2d::Zero();  // px, of the last seen
 };
 std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance);

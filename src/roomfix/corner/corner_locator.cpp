@@ -40,11 +40,6 @@ void join_same(std::vector<CameraPlace>& places) {
     }
 }
 
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
-    const Eigen::AngleAxisd turn(rotation);
-    return turn.angle() * turn.axis();
-}
-
 }  // namespace
 
 Result<CornerLocator> CornerLocator::for_camera(const Site& site, const SiteCamera& camera, const CornerLocatorSettings& settings) {
@@ -68,9 +63,7 @@ Result<CornerLocator> CornerLocator::for_camera(const Site& site, const SiteCame
                                      camera.id, height)};
         }
     }
-    for (std::size_t i = 0; i < site.robots.size(); ++i) {
-        if (!robot.empty() && site.robots[i].id == robot) locator.robot_ = static_cast<int>(i);
-    }
+    locator.robot_ = site.robot(robot).value_or(-1);
     return locator;
 }
 

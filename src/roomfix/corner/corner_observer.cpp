@@ -73,12 +73,7 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
         }
         fit_.look_known = score.has_value();
         if (!score) continue;
-        Explanation explanation;
-        std::swap(explanation.fit, fit_);
-        explanation.wall_angle = expected.wall_angle;
-        explanation.score = *score;
-        result.corners.push_back(observation_of(explanation));
-        std::swap(explanation.fit, fit_);
+        result.corners.push_back(observation_of(fit_, expected.wall_angle));
     }
     const double count = static_cast<double>(result.corners.size());
     for (CornerObservation& corner : result.corners) corner.weight = 1 / count;
@@ -169,7 +164,7 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     for (const Explanation& e : explanations_) {
         const double weight = std::exp((e.score - explanations_[0].score) / settings_.score_scale) / sum;
         if (weight < settings_.least_weight) break;
-        result.corners.push_back(observation_of(e));
+        result.corners.push_back(observation_of(e.fit, e.wall_angle));
         result.corners.back().weight = weight;
     }
     double kept = 0;
@@ -246,11 +241,11 @@ bool CornerObserver::continues_above(LumaView frame, const Explanation& lower, d
     }
     if (count == 0) return false;
     // The pieces run down from the corner, this stretch down to it.
-    const LightTable light;
     LightProfile profile;
     EdgeStep step;
     const LineStretch between{*upper + 0.15 * (*pixel - *upper), *pixel - 0.15 * (*pixel - *upper)};
-    if (!read_profile(frame, light, between, 5, 1, profile) || !fit_step(profile, lower.fit.blur[wall_edge], 5, StepModel::coarse, step)) return false;
+    if (!read_profile(frame, fitter_.light(), between, 5, 1, profile) || !fit_step(profile, lower.fit.blur[wall_edge], 5, StepModel::coarse, step))
+        return false;
     const double mean = below / count;
     return step.contrast * mean > 0.7 * mean * mean && std::abs(step.offset) < 1.5;
 }
@@ -301,13 +296,12 @@ void CornerObserver::drop_upper_ones(LumaView frame) {
     std::erase_if(explanations_, [&](const Explanation&) { return static_cast<bool>(drop[i++]); });
 }
 
-CornerObservation CornerObserver::observation_of(const Explanation& explanation) const {
-    const CornerFit& fit = explanation.fit;
+CornerObservation CornerObserver::observation_of(const CornerFit& fit, double wall_angle) const {
     CornerObservation observation;
     observation.view = fit.view;
-    observation.wall_angle = explanation.wall_angle;
+    observation.wall_angle = wall_angle;
     observation.covariance = fit.information.inverse() * std::max(1.0, fit.spread);
-    if (const auto pixel = corner_pixel(model_, fit.view, explanation.wall_angle)) observation.pixel = pixel->cast<float>();
+    if (const auto pixel = corner_pixel(model_, fit.view, wall_angle)) observation.pixel = pixel->cast<float>();
     const auto support = edge_support(fit, settings_.straightness);
     for (std::size_t i = 0; i < 3; ++i) {
         observation.edges[i].ends = {observation.pixel, support[i].end.cast<float>()};

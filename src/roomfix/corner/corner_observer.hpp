@@ -72,8 +72,6 @@ public:
     /// No allocation in steady state where a corner is found at its expected place, as long as `result` is reused.
     void observe(LumaView frame, const CornerHints& hints, CornerResult& result);
 
-    const CornerSettings& settings() const { return settings_; }
-
 private:
     struct Explanation {
         CornerFit fit;
@@ -90,7 +88,7 @@ private:
     bool continues_above(LumaView frame, const Explanation& lower, double rise) const;
     void settle_height(LumaView frame, Explanation& explanation);
     void drop_upper_ones(LumaView frame);
-    CornerObservation observation_of(const Explanation& explanation) const;
+    CornerObservation observation_of(const CornerFit& fit, double wall_angle) const;
     void add_rejected(const std::array<int, 3>& used, CornerResult& result) const;
 
     CameraModel model_;

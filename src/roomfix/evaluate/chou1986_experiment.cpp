@@ -20,9 +20,8 @@ namespace {
 constexpr double right_angle = std::numbers::pi / 2;
 
 Vector5d error_of(const CornerView& truth, const CornerView& found) {
-    const Eigen::AngleAxisd turn(Eigen::Matrix3d(truth.corner_from_camera * found.corner_from_camera.transpose()));
     Vector5d error;
-    error.head<3>() = turn.angle() * turn.axis();
+    error.head<3>() = rotation_vector(truth.corner_from_camera * found.corner_from_camera.transpose());
     error.tail<2>() = truth.place - found.place;
     return error;
 }
@@ -231,30 +230,45 @@ LineChart chou1986_error_study() {
     return chart;
 }
 
+namespace {
+
+/// A camera that takes pictures of rooms and looks for corners in them.
+struct Studio {
+    CameraModel model = room_camera();
+    RoomRenderer renderer;
+    CornerObserver observer{model, {right_angle}};
+    LumaImage frame;
+    CornerResult seen;
+
+    explicit Studio(std::uint64_t seed) : renderer(model, room_sensor(), {}, seed) {}
+    void look(const RoomShot& shot, std::uint64_t index) {
+        renderer.render(shot.scene, shot.map_from_camera, shot.light, index, frame);
+        observer.observe(frame, {}, seen);
+    }
+};
+
+}  // namespace
+
 ClutterReport run_cluttered(int pictures, std::uint64_t seed, const std::function<void(double)>& progress) {
     ClutterReport report;
-    const CameraModel model = room_camera();
-    RoomRenderer renderer(model, room_sensor(), {}, seed);
-    CornerObserver observer(model, {right_angle});
-    CornerResult seen;
-    LumaImage frame;
+    Studio studio(seed);
     Random random(seed);
     for (int i = 0; i < pictures; ++i) {
         const RoomShot shot = cluttered_shot(random);
-        renderer.render(shot.scene, shot.map_from_camera, shot.light, static_cast<std::uint64_t>(i), frame);
-        auto lengths = visible_edges(shot, model, renderer.expose(shot.scene, shot.map_from_camera, shot.light), visible_contrast);
+        studio.look(shot, static_cast<std::uint64_t>(i));
+        auto lengths = visible_edges(shot, studio.model, studio.renderer.expose(shot.scene, shot.map_from_camera, shot.light), visible_contrast);
         std::sort(lengths.begin(), lengths.end());
         const bool visible = lengths[2] > 80 && lengths[1] > 60 && lengths[0] > 20;
-        observer.observe(frame, {}, seen);
         ++report.pictures;
         report.visible += visible;
-        if (seen.corners.empty()) {
+        const auto& corners = studio.seen.corners;
+        if (corners.empty()) {
             report.none += visible;
         } else {
             const CornerView truth = true_view(shot);
-            const double error = (seen.corners[0].view.place - truth.place).norm() / std::sqrt(1 + truth.place.squaredNorm());
+            const double error = (corners[0].view.place - truth.place).norm() / std::sqrt(1 + truth.place.squaredNorm());
             report.good += visible && error < 0.01;
-            if (error > 0.05 && seen.corners[0].weight > 0.5) {
+            if (error > 0.05 && corners[0].weight > 0.5) {
                 if (report.wrong++ == 0) report.first_wrong = fmt::format("first wrong: picture {}, off by {:.1f} %", i, 100 * error);
             }
         }
@@ -264,18 +278,12 @@ ClutterReport run_cluttered(int pictures, std::uint64_t seed, const std::functio
 }
 
 int run_cornerless(int pictures, std::uint64_t seed, const std::function<void(double)>& progress) {
-    const CameraModel model = room_camera();
-    RoomRenderer renderer(model, room_sensor(), {}, seed);
-    CornerObserver observer(model, {right_angle});
-    CornerResult seen;
-    LumaImage frame;
+    Studio studio(seed);
     Random random(seed);
     int found = 0;
     for (int i = 0; i < pictures; ++i) {
-        const RoomShot shot = cornerless_shot(random);
-        renderer.render(shot.scene, shot.map_from_camera, shot.light, static_cast<std::uint64_t>(i), frame);
-        observer.observe(frame, {}, seen);
-        found += !seen.corners.empty();
+        studio.look(cornerless_shot(random), static_cast<std::uint64_t>(i));
+        found += !studio.seen.corners.empty();
         if (progress) progress((i + 1.0) / pictures);
     }
     return found;

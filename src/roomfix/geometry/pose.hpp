@@ -53,6 +53,12 @@ inline Eigen::Matrix3d exponential_rotation(const Eigen::Vector3d& v) {
     return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
 }
 
+/// The inverse: axis times angle (rad, 0..pi) of a rotation.
+inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+    const Eigen::AngleAxisd turn(rotation);
+    return turn.angle() * turn.axis();
+}
+
 /// The matrix of the cross product: skew(a) * b = a x b.
 inline Eigen::Matrix3d skew(const Eigen::Vector3d& a) {
     Eigen::Matrix3d m;

@@ -31,8 +31,6 @@ public:
     void find(LumaView frame, std::vector<EdgePoint>& points);
     /// Factor by which the last picture was reduced.
     int reduction() const { return reduction_; }
-    /// Standard deviation of the last picture's gradients where nothing is, grey levels per reduced px.
-    double noise() const { return noise_; }
 
 private:
     void reduce(LumaView frame);
@@ -41,7 +39,7 @@ private:
 
     EdgePointSettings settings_;
     int reduction_ = 1, width_ = 0, height_ = 0;
-    double noise_ = 1;
+    double noise_ = 1;                 // standard deviation of gradients where nothing is, grey levels per reduced px
     std::vector<std::int16_t> small_;  // four times the grey level
     std::vector<std::int16_t> across_, down_, size_;
     std::vector<std::uint32_t> sums_;

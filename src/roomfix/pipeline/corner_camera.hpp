@@ -29,6 +29,7 @@ public:
     /// An error if the camera does not look for corners, or the site has none.
     static Result<std::unique_ptr<CornerCamera>> for_camera(const Site& site, const SiteCamera& camera);
 
+    const CornerLocator& locator() const { return locator_; }
     /// Index of the robot that carries the camera, -1: none.
     int robot() const { return locator_.robot(); }
     void look(LumaView frame, const CameraHints& hints, CornerCameraResult& result);

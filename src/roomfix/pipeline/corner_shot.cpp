@@ -16,8 +16,7 @@ namespace {
 /// A camera that sees corners, and what else is known about it.
 class CornerShot {
 public:
-    CornerShot(const SiteCamera& camera, std::unique_ptr<CornerCamera> looking, const CornerLocator& locator)
-        : camera_(camera), looking_(std::move(looking)), locator_(locator) {}
+    CornerShot(const SiteCamera& camera, std::unique_ptr<CornerCamera> looking) : camera_(camera), looking_(std::move(looking)) {}
 
     Result<void> use(const Site& site, const ShotOptions& options) {
         for (std::size_t i = 0; i < site.corners.size(); ++i) {
@@ -78,13 +77,12 @@ private:
             seen.covariance = (Vector5d() << 4e-4, 4e-4, 4e-4, 1e-3, 1e-3).finished().asDiagonal();
             result_.seen.corners = {seen};
         }
-        locator_.locate(result_.seen.corners, hints_, result_.located);
+        looking_->locator().locate(result_.seen.corners, hints_, result_.located);
         if (result_.located.places.empty() && result_.located.reason.empty()) result_.located.reason = result_.seen.reason;
     }
 
     SiteCamera camera_;
     std::unique_ptr<CornerCamera> looking_;
-    CornerLocator locator_;
     CameraHints hints_;
     std::vector<RangeObservation> ranges_;
     std::optional<Chou1986> published_;
@@ -96,9 +94,7 @@ private:
 Result<Shot> prepare_corner_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options) {
     auto looking = CornerCamera::for_camera(site, camera);
     if (!looking) return looking.error();
-    const auto locator = CornerLocator::for_camera(site, camera);
-    if (!locator) return locator.error();
-    const auto shot = std::make_shared<CornerShot>(camera, std::move(*looking), *locator);
+    const auto shot = std::make_shared<CornerShot>(camera, std::move(*looking));
     if (auto used = shot->use(site, options); !used) return used.error();
     Shot prepared;
     prepared.model = camera.model;

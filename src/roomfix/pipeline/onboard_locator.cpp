@@ -9,13 +9,6 @@
 namespace roomfix {
 namespace {
 
-std::optional<int> robot_index(const Site& site, const std::string& id) {
-    for (std::size_t i = 0; i < site.robots.size(); ++i) {
-        if (site.robots[i].id == id) return static_cast<int>(i);
-    }
-    return std::nullopt;
-}
-
 /// Places that the ranges alone allow: starts for the joint fit.
 std::vector<Eigen::Vector2d> places_from(const Site& site, const Receiver& receiver, std::span<const RangeObservation> ranges) {
     std::vector<BeaconRange> beacons;
@@ -32,7 +25,7 @@ std::vector<Eigen::Vector2d> places_from(const Site& site, const Receiver& recei
 
 Result<std::unique_ptr<OnboardLocator>> OnboardLocator::for_camera(const Site& site, const SiteCamera& camera) {
     const auto* mount = std::get_if<Mount>(&camera.placement);
-    const auto robot = mount ? robot_index(site, mount->robot) : std::nullopt;
+    const auto robot = mount ? site.robot(mount->robot) : std::nullopt;
     if (!robot) return Error{fmt::format("camera {} is on no robot: give it a 'mount'", camera.id)};
     std::unique_ptr<OnboardLocator> made(new OnboardLocator(site, *robot));
     const CameraOnRobot on_robot{camera.model, mount->robot_from_camera};

@@ -10,7 +10,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double likely = 0.9;        // weight of a corner that is named
 constexpr double farthest_view = 15;  // m: a field of view is drawn no farther than this
 
 double rounded(double value, double unit) { return std::round(value / unit) * unit; }

@@ -20,7 +20,6 @@ namespace {
 
 constexpr double publish_interval = 0.06;  // s: a screen needs no more
 constexpr double range_age = 0.3;          // s: ranges that old still go with a frame
-constexpr double likely = 0.9;             // weight of a place that is believed
 const std::string range_source_name = "ranges";
 
 double wall_clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }

@@ -22,6 +22,8 @@
 
 namespace roomfix {
 
+constexpr double likely = 0.9;  // weight of a place that is believed, and of a corner that is named
+
 /// What is known about one source, for the page and the final report.
 struct SourceState {
     std::string id;

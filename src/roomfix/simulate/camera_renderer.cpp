@@ -204,8 +204,7 @@ void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::
             const double falloff = 1 - sensor_.vignetting * (dx * dx + dy * dy) / half_diagonal;
             const float light = work_[static_cast<std::size_t>(y * width_ + x)] * static_cast<float>(gain * hum * falloff * sensor_.exposure);
             const double grey = 255.0 * static_cast<double>(std::pow(std::max(light, 0.0f), inverse_gamma));
-            const double noise = std::sqrt(sensor_.read_noise * sensor_.read_noise + sensor_.shot_noise * grey);
-            frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(grey + random.normal(noise)), 0L, 255L));
+            frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(grey + random.normal(pixel_noise(sensor_, grey))), 0L, 255L));
         }
     }
 }

@@ -141,7 +141,7 @@ void add_room(Scenario& scenario) {
     scenario.room.seed = scenario.scene.seed;
     scenario.room.lamps = {{{16.6, 7.4, 2.2}, 0.5f}, {{19.0, 6.4, 1.4}, 0.6f}};
     scenario.room.patches = {{3, {1.2, 1.0}, {2.2, 1.8}, 0.25f, 0, 0.03, 0.8f, 0.1}, {0, {2.6, 0.0}, {3.5, 2.05}, 0.3f, 0, 0.08, 0.85f, 0}};
-    scenario.room.boxes = {{{14.75, 8.2, 0.9}, {0.3, 0.6, 0.9}, 0, 0.2f, true}};
+    scenario.room.boxes = {{{14.75, 8.2, 0.9}, {0.3, 0.6, 0.9}, 0, 0.2f}};
     Site& site = scenario.site;
     site.walls.push_back({{left, low}, {right, low}, {right, high}, {left, high}, {left, low}});
     site.corners = {{"sw", {left, low, height}, 0},

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "roomfix/base/random.hpp"
+#include "roomfix/simulate/lattice_noise.hpp"
 
 namespace roomfix {
 namespace {
@@ -21,7 +21,6 @@ struct Wall {
 struct PlacedBox {
     Vector3f centre, half;
     float cosine, sine, albedo;
-    bool casts_shadow;
 
     Vector3f own(const Vector3f& v) const { return {cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y(), v.z()}; }
     Vector3f back(const Vector3f& v) const { return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y(), v.z()}; }
@@ -37,12 +36,6 @@ struct Meeting {
     int surface = 0;  // equal numbers look alike
 };
 
-float noise_cell(int x, int y, int z, std::uint64_t seed) {
-    const auto part = [](int v) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(v)); };
-    const std::uint64_t h = mix64(part(x) * 0x9e3779b97f4a7c15ULL ^ part(y) * 0xc2b2ae3d27d4eb4fULL ^ part(z) * 0x165667b19e3779f9ULL ^ seed);
-    return static_cast<float>(h >> 40U) * 0x1p-23f - 1.0f;
-}
-
 /// Smooth noise in -1..1 over a plane.
 float plane_noise(float u, float v, int plane, std::uint64_t seed) {
     const float iu = std::floor(u);
@@ -51,8 +44,8 @@ float plane_noise(float u, float v, int plane, std::uint64_t seed) {
     const int y = static_cast<int>(iv);
     const float fu = u - iu;
     const float fv = v - iv;
-    return (1 - fv) * ((1 - fu) * noise_cell(x, y, plane, seed) + fu * noise_cell(x + 1, y, plane, seed)) +
-           fv * ((1 - fu) * noise_cell(x, y + 1, plane, seed) + fu * noise_cell(x + 1, y + 1, plane, seed));
+    return (1 - fv) * ((1 - fu) * lattice_noise(x, y, plane, seed) + fu * lattice_noise(x + 1, y, plane, seed)) +
+           fv * ((1 - fu) * lattice_noise(x, y + 1, plane, seed) + fu * lattice_noise(x + 1, y + 1, plane, seed));
 }
 
 /// A scene with everything worked out that does not depend on the ray.
@@ -66,8 +59,8 @@ public:
             walls_.push_back({from, along, {-along.y(), along.x()}, (to - from).norm(), i < scene.wall_albedo.size() ? scene.wall_albedo[i] : 0.7f});
         }
         for (const RoomBox& box : scene.boxes) {
-            boxes_.push_back({box.centre.cast<float>(), box.half.cast<float>(), static_cast<float>(std::cos(box.yaw)), static_cast<float>(std::sin(box.yaw)),
-                              box.albedo, box.casts_shadow});
+            boxes_.push_back(
+                {box.centre.cast<float>(), box.half.cast<float>(), static_cast<float>(std::cos(box.yaw)), static_cast<float>(std::sin(box.yaw)), box.albedo});
         }
     }
 
@@ -148,7 +141,7 @@ private:
             } else if (patch.pattern > 0) {
                 const int cell_u = static_cast<int>(std::floor(u / patch.pattern));
                 const int cell_v = static_cast<int>(std::floor(v / patch.pattern));
-                const float tone = noise_cell(cell_u, cell_v, 77 + static_cast<int>(i), scene_.seed);
+                const float tone = lattice_noise(cell_u, cell_v, 77 + static_cast<int>(i), scene_.seed);
                 hit.albedo = std::clamp(patch.albedo * (1 + 0.8f * tone), 0.03f, 0.95f);
                 hit.surface += 2 + (((cell_u * 31 + cell_v * 17) % 900) + 900) % 900;
             }
@@ -232,7 +225,6 @@ private:
 
     bool hidden(const Vector3f& from, const Vector3f& direction, float distance) const {
         for (const PlacedBox& box : boxes_) {
-            if (!box.casts_shadow) continue;
             float enter = 0;
             int axis = 0;
             if (cross_box(box, box.own(from - box.centre), box.own(direction), enter, axis) && enter > 2e-3f && enter < distance) return true;

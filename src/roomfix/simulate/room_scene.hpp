@@ -40,7 +40,6 @@ struct RoomBox {
     Eigen::Vector3d half = Eigen::Vector3d::Zero();
     double yaw = 0;
     float albedo = 0.5f;
-    bool casts_shadow = true;
 };
 
 struct RoomLamp {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "roomfix/base/random.hpp"
+#include "roomfix/simulate/lattice_noise.hpp"
 
 namespace roomfix {
 namespace {
@@ -21,12 +21,6 @@ struct Hit {
     int surface = 0;
 };
 
-float hashed(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_t seed) {
-    const std::uint64_t h = mix64(static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15ULL ^ static_cast<std::uint64_t>(y) * 0xc2b2ae3d27d4eb4fULL ^
-                                  static_cast<std::uint64_t>(z) * 0x165667b19e3779f9ULL ^ seed);
-    return static_cast<float>(h >> 40U) * 0x1p-23f - 1.0f;
-}
-
 /// Value noise in -1..1 with cells of the given size, smooth between them.
 float grain(const Vector3f& p, float size, std::uint64_t seed) {
     const Vector3f q = p / size;
@@ -38,7 +32,7 @@ float grain(const Vector3f& p, float size, std::uint64_t seed) {
         const int dy = (corner >> 1) & 1;
         const int dz = corner >> 2;
         const float weight = (dx ? f.x() : 1 - f.x()) * (dy ? f.y() : 1 - f.y()) * (dz ? f.z() : 1 - f.z());
-        sum += weight * hashed(std::lround(base.x()) + dx, std::lround(base.y()) + dy, std::lround(base.z()) + dz, seed);
+        sum += weight * lattice_noise(std::lround(base.x()) + dx, std::lround(base.y()) + dy, std::lround(base.z()) + dz, seed);
     }
     return sum;
 }
@@ -164,7 +158,7 @@ float floor_albedo(const Scene& scene, const Vector3f& p, int& surface) {
     const bool grout = std::abs(u - std::round(u)) < edge || std::abs(v - std::round(v)) < edge;
     surface = grout ? 1 : 2;
     if (grout) return floor.albedo * 0.45f;
-    const float tone = hashed(std::lround(std::floor(u)), std::lround(std::floor(v)), 7, scene.seed);
+    const float tone = lattice_noise(std::lround(std::floor(u)), std::lround(std::floor(v)), 7, scene.seed);
     surface += static_cast<int>(std::floor(u)) * 131 + static_cast<int>(std::floor(v)) * 7919;
     return floor.albedo * (1 + floor.variation * tone + floor.grain.grain * grain(p, floor.grain.grain_size, scene.seed));
 }

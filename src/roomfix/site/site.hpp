@@ -141,6 +141,13 @@ struct Site {
         }
         return nullptr;
     }
+    /// Index of a robot by its id.
+    std::optional<int> robot(const std::string& id) const {
+        for (std::size_t i = 0; i < robots.size(); ++i) {
+            if (robots[i].id == id) return static_cast<int>(i);
+        }
+        return std::nullopt;
+    }
 };
 
 /// A path of the site file, made absolute by the site's folder. Devices and addresses (/dev/..., rtsp://...) stay.
