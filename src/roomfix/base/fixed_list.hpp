@@ -27,7 +27,7 @@ public:
     auto end() const { return items_.begin() + static_cast<std::ptrdiff_t>(size_); }
 
 private:
-    std::array<T, N> items_{};
+    std::array<T, N> items_;
     std::size_t size_ = 0;
 };
 

@@ -5,17 +5,10 @@
 #include <optional>
 #include <span>
 
-#include "roomfix/geometry/camera_model.hpp"
-#include "roomfix/geometry/pose.hpp"
+#include "roomfix/geometry/onboard_view.hpp"
 #include "roomfix/observation/range_noise.hpp"
 
 namespace roomfix {
-
-/// A camera that rides on a robot.
-struct CameraOnRobot {
-    CameraModel model;
-    UncertainPose3 robot_from_camera;
-};
 
 /// A landmark's point in the picture.
 struct SeenPoint {
@@ -47,16 +40,6 @@ struct FloorFit {
     double pixel_rms = 0;                                      // px, per coordinate
     bool yaw_known = false;
 };
-
-/// The pixel of a map point for a robot at `pose`; nothing where the camera does not see it. `by_pose`, `by_mount` and `by_point`
-/// (m of the map) are its derivatives, if asked for.
-struct SeenPointJacobian {
-    Eigen::Matrix<double, 2, 3> by_pose;   // x, y, yaw
-    Eigen::Matrix<double, 2, 6> by_mount;  // error vector of UncertainPose3
-    Eigen::Matrix<double, 2, 3> by_point;
-};
-std::optional<Eigen::Vector2d> predict_point(const CameraOnRobot& camera, const Pose2& pose, const Eigen::Vector3d& map_point,
-                                             SeenPointJacobian* jacobian = nullptr);
 
 /// The map point's place in the robot frame, seen at `pixel`, if it is `height` m above the floor (m).
 std::optional<Eigen::Vector2d> point_at_height(const CameraOnRobot& camera, const Eigen::Vector2d& pixel, double height);

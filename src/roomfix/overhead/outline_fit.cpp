@@ -235,8 +235,8 @@ void set_covariance(const Samples& samples, const View& view, const ShapePoints&
     const double by_edges = normal.edge_squares / edge_freedom;
     const double inflation = std::max({1.0, by_readings, by_edges > 1 + 3.5 / edge_freedom ? by_edges : 1.0});
     fit.pixel_covariance = inverse.topLeftCorner<3, 3>() * inflation;
-    const Eigen::Matrix<double, 3, 6> by_camera = (inverse * normal.by_camera).topRows<3>();
-    fit.covariance = fit.pixel_covariance + by_camera * view.map_from_camera.covariance * by_camera.transpose();
+    fit.by_camera = (inverse * normal.by_camera).topRows<3>();
+    fit.covariance = fit.pixel_covariance + fit.by_camera * view.map_from_camera.covariance * fit.by_camera.transpose();
     fit.covariance = (0.5 * (fit.covariance + fit.covariance.transpose())).eval();
     fit.determined = true;
 }

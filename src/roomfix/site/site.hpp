@@ -72,6 +72,17 @@ struct Receiver {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, robot frame
     std::string source;                                  // as written: file or serial device; empty: none
     double sigma = 0.02;                                 // m, of ranges that do not state their own
+    double bias_sigma = 0;                               // m: how far all ranges of one beacon may be off
+};
+
+/// How a robot can move: turning on two driven wheels, in any direction, or nobody knows.
+enum class Drive { unknown, differential, holonomic };
+
+/// What a robot's wheels report, and how well.
+struct WheelOdometry {
+    std::string source;          // as written: a file; empty: none
+    double scale_sigma = 0.02;   // of the measured way: a constant part that is off
+    double drift_sigma = 0.01;   // rad/s
 };
 
 struct SiteRobot {
@@ -79,6 +90,8 @@ struct SiteRobot {
     Shape shape;
     double size_sigma = 0.005;  // m: how well the shape is known
     bool many = false;          // any number of them, all alike
+    Drive drive = Drive::unknown;
+    std::optional<WheelOdometry> odometry;
     std::optional<Receiver> receiver;
     std::optional<Tag> tag;
     Eigen::Isometry3d robot_from_tag = Eigen::Isometry3d::Identity();

@@ -1,0 +1,63 @@
+#include "roomfix/estimate/corner_model.hpp"
+
+#include "roomfix/estimate/iterated_update.hpp"
+
+namespace roomfix {
+
+std::optional<Linearised<5>> linearise_corner(const Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source) {
+    const Pose2 pose = belief.pose();
+    const Eigen::Isometry3d& mount = source.camera.robot_from_camera.pose;
+    const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3d map_from_robot_turn = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3d corner_from_robot = corner_from_map * map_from_robot_turn;
+    const Eigen::Vector3d arm = map_from_robot_turn * mount.translation();
+    const Eigen::Vector3d at = corner_from_map * (Eigen::Vector3d(pose.x, pose.y, 0) + arm - corner.position);
+    const double below = -at.z();
+    if (below < 1e-3) return std::nullopt;
+    const Eigen::Vector2d place = at.head<2>() / below;
+
+    Linearised<5> l;
+    l.residual.head<3>() = rotation_vector(seen.view.corner_from_camera * (corner_from_robot * mount.linear()).transpose());
+    l.residual.tail<2>() = seen.view.place - place;
+    // The place by a move of the camera in the corner's frame.
+    Eigen::Matrix<double, 2, 3> by_move;
+    by_move << Eigen::Matrix2d::Identity() / below, place / below;
+    l.noise = seen.covariance;
+    Vector5d column = Vector5d::Zero();
+    for (int i = 0; i < 2; ++i) {
+        column.tail<2>() = by_move * corner_from_map.col(i);
+        l.depends(i, column);
+    }
+    column << 0, 0, 1, by_move * corner_from_map * Eigen::Vector3d::UnitZ().cross(arm);
+    l.depends(state_yaw, column);
+
+    for (int i = 0; i < 3; ++i) {
+        column.head<3>().setZero();
+        column.tail<2>() = -by_move * corner_from_map.col(i) * corner.sigma;
+        const auto slow = find_slow(belief, SlowKind::corner_place, number, i);
+        if (!slow) l.noise += column * column.transpose();
+        if (!slow) continue;
+        l.depends(*slow, column);
+        l.residual -= column * belief.mean[*slow];
+    }
+    Eigen::Matrix<double, 5, 6> by_mount = Eigen::Matrix<double, 5, 6>::Zero();
+    by_mount.bottomLeftCorner<2, 3>() = by_move * corner_from_robot;
+    by_mount.topRightCorner<3, 3>() = corner_from_robot;
+    for (int i = 0; i < 6; ++i) {
+        const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
+        if (!slow) continue;
+        column = by_mount * source.mount_root.col(i);
+        l.depends(*slow, column);
+        l.residual -= column * belief.mean[*slow];
+    }
+    return l;
+}
+
+std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number,
+                                      const OnboardSource& source, const Doubt& doubt) {
+    add_slow_states(belief, source);
+    for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5, 0});
+    return iterated_update<5>(belief, doubt, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });
+}
+
+}  // namespace roomfix

@@ -1,0 +1,182 @@
+#include "roomfix/estimate/group.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "roomfix/estimate/look_alikes.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double moving_speed = 0.3;  // m/s: a robot without a front looks where it drives
+constexpr double alike = 0.02;        // m: shapes that differ less cannot be told apart from afar
+
+bool look_alike(const SiteRobot& a, const SiteRobot& b) {
+    return a.shape.index() == b.shape.index() && (half_size(a.shape) - half_size(b.shape)).cwiseAbs().maxCoeff() < alike;
+}
+
+/// The robot that an event is about; -1: a frame that may show any of the group.
+int robot_of(const Event& event) {
+    struct Visitor {
+        int operator()(const PoseObservation& o) const { return o.robot; }
+        int operator()(const GroupSighting&) const { return -1; }
+        int operator()(const LandmarkSighting& s) const { return s.robot; }
+        int operator()(const CornerSighting& s) const { return s.robot; }
+        int operator()(const RangeObservation& o) const { return o.robot; }
+        int operator()(const RangeDifferenceObservation& o) const { return o.robot; }
+        int operator()(const PlaceSighting& s) const { return s.robot; }
+        int operator()(const TimePassed& s) const { return s.robot; }
+    };
+    return std::visit(Visitor{}, event.what);
+}
+
+Track& track_of(Scene& scene, int robot, const Group& group) {
+    if (group.alone()) return scene.tracks.front();
+    for (Track& track : scene.tracks) {
+        if (track.named && track.robot == robot) return track;
+    }
+    Track track;
+    track.robot = robot;
+    track.named = true;
+    scene.tracks.push_back(track);
+    return scene.tracks.back();
+}
+
+double worst_sigma(const Eigen::Matrix2d& covariance) {
+    const double mean = 0.5 * covariance.trace();
+    const double half = std::sqrt(std::max(mean * mean - covariance.determinant(), 0.0));
+    return std::sqrt(mean + half);
+}
+
+/// Yaw of a robot that shows none: where it drives, unless it drives any way.
+void course_as_yaw(const Belief& belief, bool any_way, Fix& fix) {
+    const Eigen::Vector2d velocity = belief.mean.segment<2>(state_vx);
+    fix.yaw_known = !any_way && velocity.norm() > moving_speed;
+    fix.covariance.row(2).setZero();
+    fix.covariance.col(2).setZero();
+    fix.covariance(2, 2) = unknown_yaw_variance;
+    if (!fix.yaw_known) return;
+    fix.pose.yaw = std::atan2(velocity.y(), velocity.x());
+    const double across = belief.covariance.block<2, 2>(state_vx, state_vx).trace() / (2 * velocity.squaredNorm());
+    fix.covariance(2, 2) = std::min(across + 0.01, unknown_yaw_variance);
+}
+
+Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
+    const TrackerSettings& settings = models.settings;
+    predict(track, time, models);
+    Fix fix;
+    fix.time = time;
+    fix.robot = models.site.robots[static_cast<std::size_t>(track.robot)].id;
+    if (track.number > 0) fix.robot += fmt::format("-{}", track.number);
+    const double unseen = to_seconds(time - track.seen);
+    const Belief& best = track.belief.best();
+    const double sigma = worst_sigma(best.covariance.topLeftCorner<2, 2>());
+    const bool hardly_known = unseen > settings.ok + 2 * to_seconds(track.seen - track.born);
+    if (sigma > settings.lost || hardly_known) {
+        fix.reason = hardly_known ? "it was seen for a moment only" : fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma);
+        return fix;
+    }
+    fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
+    fix.pose = {best.mean[0], best.mean[1], wrap_angle(best.mean[state_yaw])};
+    fix.covariance = best.pose_covariance();
+    fix.yaw_known = best.yaw_known();
+    if (!fix.yaw_known) {
+        // Ranges tell where the receiver is; the robot's middle is somewhere around it.
+        const auto robot = static_cast<std::size_t>(track.robot);
+        const double arm = models.ranges[robot].receiver.head<2>().squaredNorm();
+        const auto heard = [&](const SourceHealth& s) { return s.source == models.range_source && to_seconds(time - s.seen) < settings.ok; };
+        if (std::any_of(track.sources.begin(), track.sources.end(), heard)) fix.covariance.topLeftCorner<2, 2>() += 0.5 * arm * Eigen::Matrix2d::Identity();
+        course_as_yaw(best, models.motion[robot].drive == Drive::holonomic, fix);
+    }
+    for (const SourceHealth& source : track.sources) {
+        if (to_seconds(time - source.seen) < settings.ok && !source.quarantined) fix.sources.push_back(models.source_name(source.source));
+    }
+    if (track.belief.hypotheses.size() > 1) {
+        for (const Hypothesis& h : track.belief.hypotheses) {
+            if (fix.hypotheses.size() == 8) break;
+            fix.hypotheses.push_back({{h.belief.mean[0], h.belief.mean[1], wrap_angle(h.belief.mean[state_yaw])}, std::exp(h.log_weight)});
+        }
+    }
+    return fix;
+}
+
+}  // namespace
+
+std::vector<Group> groups_of(const std::vector<SiteRobot>& robots) {
+    std::vector<Group> groups;
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+        const auto alike_group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+            return !g.many && !robots[i].many && look_alike(robots[static_cast<std::size_t>(g.robots.front())], robots[i]);
+        });
+        if (alike_group != groups.end()) {
+            alike_group->robots.push_back(static_cast<int>(i));
+        } else {
+            groups.push_back({{static_cast<int>(i)}, robots[i].many});
+        }
+    }
+    return groups;
+}
+
+GroupState start_state(const Group& group) {
+    GroupState state;
+    if (group.alone()) {
+        Track track;
+        track.robot = group.robots.front();
+        track.named = true;
+        state.scenes[0].tracks.push_back(track);
+    }
+    return state;
+}
+
+void step(GroupState& state, const Event& event, const Group& group, const TrackingModels& models) {
+    for (Scene& scene : state.scenes) {
+        for (Track& track : scene.tracks) {
+            if (track.alive()) predict(track, event.time, models);
+        }
+    }
+    if (std::holds_alternative<TimePassed>(event.what)) return;
+    if (const auto* frame = std::get_if<GroupSighting>(&event.what)) {
+        take_frame(state, *frame, event, group, models);
+        return;
+    }
+    double most = -1e300;
+    for (Scene& scene : state.scenes) {
+        scene.log_weight += take(track_of(scene, robot_of(event), group), event, models);
+        std::erase_if(scene.tracks, [&](const Track& t) { return !t.alive() && !group.alone(); });
+        most = std::max(most, scene.log_weight);
+    }
+    if (state.scenes.size() == 1) {
+        state.scenes[0].log_weight = 0;
+        return;
+    }
+    std::stable_sort(state.scenes.begin(), state.scenes.end(), [](const Scene& a, const Scene& b) { return a.log_weight > b.log_weight; });
+    for (Scene& scene : state.scenes) scene.log_weight -= most;
+}
+
+std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    std::vector<Fix> fixes;
+    for (const Track& track : state.scenes.front().tracks) {
+        if (!track.alive() || (!track.named && track.number == 0)) continue;
+        fixes.push_back(fix_of(track, time, models));
+        if (!group.alone() && !group.many) fixes.back().identity = identity_probability(state, track);
+    }
+    return fixes;
+}
+
+double identity_probability(const GroupState& state, const Track& track) {
+    double agreeing = 0;
+    double all = 0;
+    for (const Scene& scene : state.scenes) {
+        const double weight = std::exp(scene.log_weight);
+        all += weight;
+        for (const Track& other : scene.tracks) {
+            if (other.named && other.alive() && other.robot == track.robot && pose_distance(track.belief.best(), other.belief.best()) < 25) agreeing += weight;
+        }
+    }
+    return all > 0 ? agreeing / all : 1;
+}
+
+}  // namespace roomfix

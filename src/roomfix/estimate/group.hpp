@@ -1,0 +1,45 @@
+// Robots that can be taken for each other, tracked together: who is who over time.
+#pragma once
+
+#include <vector>
+
+#include "roomfix/estimate/track.hpp"
+#include "roomfix/observation/fix.hpp"
+
+namespace roomfix {
+
+/// One robot that looks like no other, several that look alike, or any number of one kind.
+struct Group {
+    std::vector<int> robots;  // indices in the site's robots
+    bool many = false;
+
+    bool alone() const { return robots.size() == 1 && !many; }
+};
+
+/// The robots of a site, in groups of look-alikes.
+std::vector<Group> groups_of(const std::vector<SiteRobot>& robots);
+
+/// One account of who is who.
+struct Scene {
+    double log_weight = 0;
+    std::vector<Track> tracks;
+};
+
+/// All that is believed of a group, the likeliest account first.
+struct GroupState {
+    std::vector<Scene> scenes = {Scene{}};
+    int numbers_given = 0;
+};
+
+GroupState start_state(const Group& group);
+
+/// The state after an event.
+void step(GroupState& state, const Event& event, const Group& group, const TrackingModels& models);
+
+/// All robots of the group at a time not before the state's: ok, coasting, or none with the reason where a robot was lost.
+std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models);
+
+/// Probability that the robot's name is right, 0..1: the weight of all accounts that put it there.
+double identity_probability(const GroupState& state, const Track& track);
+
+}  // namespace roomfix

@@ -1,0 +1,78 @@
+#include "roomfix/estimate/landmark_model.hpp"
+
+#include "roomfix/estimate/iterated_update.hpp"
+#include "roomfix/estimate/pose_model.hpp"
+
+namespace roomfix {
+
+OnboardSource onboard_source(int source, const CameraOnRobot& camera) {
+    OnboardSource made{source, camera};
+    made.mount_root = root_of(camera.robot_from_camera.covariance);
+    made.mount_uncertain = camera.robot_from_camera.covariance.trace() > 1e-12;
+    return made;
+}
+
+void add_slow_states(Belief& belief, const OnboardSource& source) {
+    if (!source.mount_uncertain) return;
+    for (int i = 0; i < 6; ++i) {
+        if (source.mount_root.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4, 0});
+    }
+}
+
+void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source) {
+    add_slow_states(belief, source);
+    for (int i = 0; i < 2; ++i) ensure_slow(belief, {SlowKind::landmark_place, landmark.number, i, 1, 1e-5, 0});
+}
+
+template <int Points>
+std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark,
+                                                       const OnboardSource& source) {
+    Linearised<2 * Points> l;
+    Eigen::Matrix<double, 2 * Points, 3> by_pose;
+    Eigen::Matrix<double, 2 * Points, 6> by_mount;
+    Eigen::Matrix<double, 2 * Points, 3> by_place;
+    for (int i = 0; i < Points; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        SeenPointJacobian j;
+        const auto pixel = predict_point(source.camera, belief.pose(), (*landmark.points)[k], &j);
+        if (!pixel) return std::nullopt;
+        l.residual.template segment<2>(2 * i) = seen.points[k].pixel - *pixel;
+        l.noise.template block<2, 2>(2 * i, 2 * i) = seen.points[k].covariance;
+        by_pose.template middleRows<2>(2 * i) = j.by_pose;
+        by_mount.template middleRows<2>(2 * i) = j.by_mount;
+        by_place.template middleRows<2>(2 * i) = j.by_point;
+    }
+    l.noise += landmark.sigma * landmark.sigma * by_place.col(2) * by_place.col(2).transpose();
+    for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
+    for (int i = 0; i < 2; ++i) {
+        const Eigen::Matrix<double, 2 * Points, 1> column = landmark.sigma * by_place.col(i);
+        const auto slow = find_slow(belief, SlowKind::landmark_place, landmark.number, i);
+        if (!slow) l.noise += column * column.transpose();
+        if (!slow) continue;
+        l.depends(*slow, column);
+        l.residual -= column * belief.mean[*slow];
+    }
+    for (int i = 0; i < 6; ++i) {
+        const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
+        if (!slow) continue;
+        const Eigen::Matrix<double, 2 * Points, 1> column = by_mount * source.mount_root.col(i);
+        l.depends(*slow, column);
+        l.residual -= column * belief.mean[*slow];
+    }
+    return l;
+}
+
+template std::optional<Linearised<6>> linearise_points<3>(const Belief&, const LandmarkObservation&, const KnownLandmark&, const OnboardSource&);
+template std::optional<Linearised<8>> linearise_points<4>(const Belief&, const LandmarkObservation&, const KnownLandmark&, const OnboardSource&);
+
+std::optional<Surprise> update_landmark(Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark, const OnboardSource& source,
+                                        const Doubt& doubt) {
+    const std::size_t count = landmark.points->size();
+    if (seen.points.size() != count) return std::nullopt;
+    add_slow_states(belief, landmark, source);
+    if (count == 3) return iterated_update<6>(belief, doubt, [&](const Belief& at) { return linearise_points<3>(at, seen, landmark, source); });
+    if (count == 4) return iterated_update<8>(belief, doubt, [&](const Belief& at) { return linearise_points<4>(at, seen, landmark, source); });
+    return std::nullopt;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,65 @@
+#include "roomfix/estimate/pose_model.hpp"
+
+#include <numbers>
+
+namespace roomfix {
+namespace {
+
+using ByCalibration = Eigen::Matrix<double, 3, 6>;
+
+/// How the pose moves with the unit-normal errors of the calibration. Errors that are lost in the noise need no states.
+std::optional<ByCalibration> by_calibration(const PoseObservation& observation, const PoseSource& source) {
+    const ByCalibration by = observation.by_camera * source.root;
+    if (by.squaredNorm() < 0.01 * observation.covariance.trace()) return std::nullopt;
+    return by;
+}
+
+}  // namespace
+
+Matrix6d root_of(const Matrix6d& covariance) {
+    const Eigen::LDLT<Matrix6d> factor(covariance);
+    return factor.transpositionsP().transpose() * (factor.matrixL().toDenseMatrix() * factor.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
+}
+
+void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source) {
+    if (source.time_offset_sigma > 0) {
+        const double variance = source.time_offset_sigma * source.time_offset_sigma;
+        ensure_slow(belief, {SlowKind::time_offset, source.source, 0, variance, 1e-3, 0});
+    }
+    if (!by_calibration(observation, source)) return;
+    for (int i = 0; i < 6; ++i) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory, 0});
+}
+
+Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source) {
+    Linearised<3> l;
+    const Pose2 pose = belief.pose();
+    const double turn = 2 * std::numbers::pi / std::max(observation.like_turns, 1);
+    l.residual = Eigen::Vector3d(observation.pose.x - pose.x, observation.pose.y - pose.y, std::remainder(observation.pose.yaw - pose.yaw, turn));
+    l.noise = observation.covariance;
+    for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Vector3d::Unit(i));
+    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
+        l.depends(*offset, belief.velocity());
+        l.residual -= belief.velocity() * belief.mean[*offset];
+    }
+    if (const auto by = by_calibration(observation, source)) {
+        for (int i = 0; i < 6; ++i) {
+            const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
+            if (!slow) continue;
+            l.noise -= by->col(i) * by->col(i).transpose();
+            l.depends(*slow, by->col(i));
+            l.residual -= by->col(i) * belief.mean[*slow];
+        }
+    }
+    return l;
+}
+
+Linearised<2> linearise_place(const Belief& belief, const PoseObservation& observation, const PoseSource& source) {
+    const Linearised<3> whole = linearise_pose(belief, observation, source);
+    Linearised<2> l;
+    l.residual = whole.residual.head<2>();
+    l.noise = whole.noise.topLeftCorner<2, 2>();
+    for (std::size_t k = 0; k < whole.states.size(); ++k) l.depends(whole.states[k], whole.by_state.col(static_cast<Eigen::Index>(k)).head<2>());
+    return l;
+}
+
+}  // namespace roomfix

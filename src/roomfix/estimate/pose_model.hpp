@@ -1,0 +1,30 @@
+// A robot's pose as a fixed camera measures it: by its outline or its tag.
+#pragma once
+
+#include "roomfix/estimate/update.hpp"
+#include "roomfix/observation/pose_observation.hpp"
+
+namespace roomfix {
+
+/// What slow errors a fixed camera has.
+struct PoseSource {
+    int source = 0;                     // of the tracker's sources
+    Matrix6d root = Matrix6d::Zero();   // a root of the covariance of its pose
+    double calibration_memory = 1e5;    // s: over that time its pose changes
+    double time_offset_sigma = 0;       // s; 0: its time stamps are right
+};
+
+/// A matrix whose product with its transpose is the covariance.
+Matrix6d root_of(const Matrix6d& covariance);
+
+/// Prepares the slow states that the observation needs; call it before `linearise_pose`.
+void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source);
+
+/// Residual of x, y, yaw (m, m, rad); the yaw that looks the same and is nearest is meant. The calibration's part of the covariance
+/// belongs to the slow states, the rest is noise.
+Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source);
+
+/// The same for x and y alone, of a robot without a front.
+Linearised<2> linearise_place(const Belief& belief, const PoseObservation& observation, const PoseSource& source);
+
+}  // namespace roomfix

@@ -1,0 +1,89 @@
+#include "roomfix/estimate/range_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+/// Past this part of the distance, the belief's spread bends the circle around the beacon enough to matter.
+constexpr double flat = 0.03;
+
+Surprise surprise_of(const LatePosterior& posterior) { return {posterior.log_evidence, posterior.on_time, posterior.nis, 1}; }
+
+double spread_of(const Belief& belief) { return std::sqrt(belief.covariance(0, 0) + belief.covariance(1, 1)); }
+
+/// Updates at the belief's mean; where it bends, once more linearised at where that led.
+template <class Predict, class Measure>
+Surprise update_twice(Belief& belief, double distance, const Predict& predict, const Measure& measure) {
+    const auto once = [&](Belief& taken, const Pose2& at) {
+        FixedList<int, most_columns> states;
+        Eigen::Matrix<double, 1, most_columns> by_state;
+        const Pose2 pose = taken.pose();
+        const double there = predict(at, taken, states, by_state);
+        const double predicted =
+            there + by_state[0] * (pose.x - at.x) + by_state[1] * (pose.y - at.y) + by_state[2] * (pose.yaw - at.yaw);
+        return update_scalar(taken, predicted, states, by_state, measure);
+    };
+    if (spread_of(belief) < flat * distance) return surprise_of(once(belief, belief.pose()));
+    Belief tried = belief;
+    once(tried, belief.pose());
+    return surprise_of(once(belief, tried.pose()));
+}
+
+/// The receiver's place on the robot. While nobody knows where the front is, it is the receiver that is tracked, and no range tells
+/// the yaw.
+Eigen::Vector3d arm_of(const Belief& belief, const RangeSource& source) {
+    return belief.yaw_known() ? source.receiver : Eigen::Vector3d(0, 0, source.receiver.z());
+}
+
+void add_bias(Belief& belief, int beacon, const RangeSource& source) {
+    if (source.bias_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, 0, beacon, source.bias_sigma * source.bias_sigma, 1 / source.bias_memory, 0});
+}
+
+}  // namespace
+
+PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
+    const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+    const Eigen::Vector2d arm(c * receiver.x() - s * receiver.y(), s * receiver.x() + c * receiver.y());
+    const Eigen::Vector3d way(pose.x + arm.x() - beacon.x(), pose.y + arm.y() - beacon.y(), receiver.z() - beacon.z());
+    const double range = std::max(way.norm(), 1e-6);
+    return {range, {way.x() / range, way.y() / range, (way.y() * arm.x() - way.x() * arm.y()) / range}};
+}
+
+Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
+    add_bias(belief, observation.beacon, source);
+    const Eigen::Vector3d arm = arm_of(belief, source);
+    const auto predict = [&](const Pose2& at, const Belief& taken, FixedList<int, most_columns>& states, Eigen::Matrix<double, 1, most_columns>& by_state) {
+        const PredictedRange predicted = predict_range(at, arm, beacon);
+        for (int i = 0; i < 3; ++i) states.push_back(i);
+        by_state.head<3>() = predicted.by_pose.transpose();
+        double range = predicted.range;
+        if (const auto bias = find_slow(taken, SlowKind::range_bias, 0, observation.beacon)) {
+            by_state[static_cast<Eigen::Index>(states.size())] = 1;
+            states.push_back(*bias);
+            range += taken.mean[*bias];
+        }
+        return range;
+    };
+    const auto measure = [&](const Gaussian1& prior) { return measure_range(prior, observation.range, observation.sigma, source.late); };
+    return update_twice(belief, observation.range, predict, measure);
+}
+
+Surprise update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                           const RangeSource& source) {
+    const Eigen::Vector3d arm = arm_of(belief, source);
+    const auto predict = [&](const Pose2& at, const Belief&, FixedList<int, most_columns>& states, Eigen::Matrix<double, 1, most_columns>& by_state) {
+        const PredictedRange a = predict_range(at, arm, first);
+        const PredictedRange b = predict_range(at, arm, second);
+        for (int i = 0; i < 3; ++i) states.push_back(i);
+        by_state.head<3>() = (b.by_pose - a.by_pose).transpose();
+        return b.range - a.range;
+    };
+    const Pose2 pose = belief.pose();
+    const double nearest = std::min(predict_range(pose, source.receiver, first).range, predict_range(pose, source.receiver, second).range);
+    const auto measure = [&](const Gaussian1& prior) { return measure_difference(prior, observation.difference, observation.sigma, source.late); };
+    return update_twice(belief, nearest, predict, measure);
+}
+
+}  // namespace roomfix

@@ -1,0 +1,32 @@
+// Ranges and range differences from a receiver on the robot to beacons.
+#pragma once
+
+#include "roomfix/estimate/update.hpp"
+#include "roomfix/observation/range_observation.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// What is known of the ranges of one robot.
+struct RangeSource {
+    Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
+    LateModel late;
+    double bias_sigma = 0;     // m: how far the ranges of one beacon may be off altogether; 0: not at all
+    double bias_memory = 600;  // s: over that time the bias changes
+};
+
+/// A predicted range with its derivatives by the pose.
+struct PredictedRange {
+    double range = 0;                                      // m
+    Eigen::Vector3d by_pose = Eigen::Vector3d::Zero();     // x, y, yaw
+};
+PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon);
+
+/// Takes a range into the belief; linearised again where the robot is near the beacon.
+Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source);
+
+/// Takes a range difference: distance to the second beacon minus distance to the first.
+Surprise update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                           const RangeSource& source);
+
+}  // namespace roomfix

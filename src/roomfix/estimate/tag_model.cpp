@@ -1,0 +1,29 @@
+#include "roomfix/estimate/tag_model.hpp"
+
+namespace roomfix {
+
+std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList<PointSighting, 4>& seen, const View& view, const SiteRobot& robot) {
+    if (!robot.tag || seen.size() != 4) return std::nullopt;
+    const auto points = own_points(*robot.tag);
+    const Eigen::Isometry3d map_from_robot_now = map_from_robot(belief.pose());
+    Linearised<8> l;
+    Eigen::Matrix<double, 8, 3> by_pose;
+    Eigen::Matrix<double, 8, 6> by_view;
+    for (int i = 0; i < 4; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        const Eigen::Vector3d arm = map_from_robot_now.linear() * (robot.robot_from_tag * points[k]);
+        ViewJacobian j;
+        const auto pixel = project_map_point(view, map_from_robot_now.translation() + arm, &j);
+        if (!pixel) return std::nullopt;
+        l.residual.segment<2>(2 * i) = seen[k].pixel - *pixel;
+        l.noise.block<2, 2>(2 * i, 2 * i) = seen[k].covariance;
+        by_pose.block<2, 2>(2 * i, 0) = j.by_point.leftCols<2>();
+        by_pose.block<2, 1>(2 * i, 2) = j.by_point * Eigen::Vector3d::UnitZ().cross(arm);
+        by_view.middleRows<2>(2 * i) = j.by_pose;
+    }
+    l.noise += by_view * view.map_from_camera.covariance * by_view.transpose();
+    for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
+    return l;
+}
+
+}  // namespace roomfix

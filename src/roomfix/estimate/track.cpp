@@ -1,0 +1,333 @@
+#include "roomfix/estimate/track.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace roomfix {
+namespace {
+
+constexpr double moving_speed = 0.15;    // m/s: faster, the direction of motion tells which end is the front
+constexpr double memory_of_health = 0.05;  // of one observation
+constexpr double confirmed_within = 2.0;   // s: so old may another source's word be to judge by
+constexpr double sure_enough = 0.2;        // m: a place known less judges nobody
+constexpr int yaw_starts = 12;             // of a robot with odometry whose front nobody knows
+
+Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
+    const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
+    return {settings.outliers, settings.gate + 2 * dimensions, -std::log(spread)};
+}
+
+/// Doubt about pixels or angles: any value within a range of that many units each.
+Doubt doubt_over(int dimensions, double range, const TrackerSettings& settings) {
+    return {settings.outliers, settings.gate + 2 * dimensions, -dimensions * std::log(range)};
+}
+
+double place_sigma(const Belief& belief) { return std::sqrt(belief.covariance(0, 0) + belief.covariance(1, 1)); }
+
+/// Has anything but `source` confirmed the robot lately?
+bool confirmed_otherwise(const Track& track, int source, const TrackingModels& models) {
+    if (place_sigma(track.belief.best()) > sure_enough) return false;
+    if (!models.driven[static_cast<std::size_t>(track.robot)].empty() && track.sightings > 20) return true;
+    return std::any_of(track.sources.begin(), track.sources.end(),
+                       [&](const SourceHealth& s) { return s.source != source && to_seconds(track.time - s.seen) < confirmed_within; });
+}
+
+void judge(SourceHealth& health, const Surprise& surprise, double distance, bool judgeable, const TrackerSettings& settings) {
+    health.nis = surprise.nis;
+    health.dimensions = surprise.dimensions;
+    if (!judgeable) return;
+    health.right += memory_of_health * (surprise.right - health.right);
+    health.distance += memory_of_health * (distance - health.distance);
+    ++health.judged;
+    if (!health.quarantined && health.judged >= settings.quarantine_after && health.right < settings.quarantine_below) health.quarantined = true;
+    if (health.quarantined && health.right > settings.readmit_above) health.quarantined = false;
+}
+
+Belief start_belief(const PlaceProposal& place, int robot, const TrackingModels& models) {
+    Eigen::Matrix3d covariance = place.covariance;
+    if (!place.yaw_known) {
+        covariance.row(2).setZero();
+        covariance.col(2).setZero();
+        covariance(2, 2) = unknown_yaw_variance;
+    }
+    const TrackerSettings& settings = models.settings;
+    return belief_at(place.pose, covariance, settings.start_speed, settings.start_turning, models.odometry[static_cast<std::size_t>(robot)]);
+}
+
+/// What was learned about odometry and sensors goes along to a new place.
+void keep_learned(Belief& fresh, const Belief& old) {
+    const int learned = old.size - state_scale;
+    fresh.size = old.size;
+    fresh.slow = old.slow;
+    fresh.mean.segment(state_scale, learned) = old.mean.segment(state_scale, learned);
+    for (int i = state_scale; i < old.size; ++i) {
+        fresh.covariance.row(i).head(old.size).setZero();
+        fresh.covariance.col(i).head(old.size).setZero();
+    }
+    fresh.covariance.block(state_scale, state_scale, learned, learned) = old.covariance.block(state_scale, state_scale, learned, learned);
+}
+
+/// Places become hypotheses; one without a yaw is tried in all directions where odometry could tell them apart.
+void add_places(Track& track, const std::vector<PlaceProposal>& places, double share, const TrackingModels& models) {
+    const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
+    double sum = 0;
+    for (const PlaceProposal& place : places) sum += place.weight;
+    const bool fresh = track.belief.hypotheses.empty();
+    const Belief* old = fresh ? nullptr : &track.belief.hypotheses.front().belief;
+    std::vector<Hypothesis> added;
+    for (const PlaceProposal& place : places) {
+        const int turns = !place.yaw_known && drives ? yaw_starts : 1;
+        for (int i = 0; i < turns; ++i) {
+            Belief belief = start_belief(place, track.robot, models);
+            if (turns > 1) {
+                const double step = 2 * std::numbers::pi / turns;
+                belief.mean[state_yaw] = i * step;
+                belief.covariance(state_yaw, state_yaw) = 0.25 * step * step;
+            }
+            if (old) keep_learned(belief, *old);
+            added.push_back({belief, std::log(place.weight / sum / turns)});
+        }
+    }
+    for (Hypothesis& h : added) {
+        const bool known = std::any_of(track.belief.hypotheses.begin(), track.belief.hypotheses.end(),
+                                       [&](const Hypothesis& other) { return pose_distance(other.belief, h.belief) < 9; });
+        if (!fresh && known) continue;
+        h.log_weight += std::log(share);
+        if (track.belief.hypotheses.size() < most_hypotheses) track.belief.hypotheses.push_back(h);
+    }
+    settle(track.belief);
+}
+
+/// Updates every hypothesis by `update_one(belief)` -> optional<Surprise>, weighs them, and judges the source.
+template <class UpdateOne>
+double take_with(Track& track, int source, const std::vector<PlaceProposal>& proposals, const TrackingModels& models, const UpdateOne& update_one) {
+    const TrackerSettings& settings = models.settings;
+    const bool judgeable = confirmed_otherwise(track, source, models);
+    SourceHealth& health = health_of(track, source);
+    thread_local std::vector<double> evidence;
+    evidence.clear();
+    Surprise best;
+    double distance = 0;
+    // Where nobody knows better, even a source in quarantine is better than none.
+    const bool quarantined = health.quarantined && place_sigma(track.belief.best()) < settings.lost;
+    for (std::size_t i = 0; i < track.belief.hypotheses.size(); ++i) {
+        Belief& belief = track.belief.hypotheses[i].belief;
+        std::optional<Surprise> surprise;
+        if (quarantined) {
+            Belief tried = belief;
+            surprise = update_one(tried);
+        } else {
+            surprise = update_one(belief);
+        }
+        if (!surprise) surprise = Surprise{-30, 0, 0, 0};
+        evidence.push_back(surprise->log_evidence);
+        if (i == 0) {
+            best = *surprise;
+            distance = proposals.empty() ? 0 : std::hypot(proposals[0].pose.x - belief.mean[0], proposals[0].pose.y - belief.mean[1]);
+        }
+    }
+    judge(health, best, distance, judgeable, settings);
+    if (quarantined) return 0;
+    const double before = evidence[0];
+    track.budget -= weigh(track.belief, evidence, std::max(track.budget, 0.0));
+    if (best.right > 0.5) {
+        track.seen = track.time;
+        health.seen = track.time;
+        ++track.sightings;
+    } else if (best.right < 0.05 && !proposals.empty()) {
+        add_places(track, proposals, settings.kidnapping, models);
+    }
+    settle(track.belief);
+    return before;
+}
+
+/// The landmark that an observation most likely shows, seen from a belief.
+std::optional<Surprise> take_landmarks(Belief& belief, const LandmarkSighting& seen, int source, const TrackingModels& models) {
+    const OnboardSource& camera = models.onboard.at(source);
+    std::optional<Surprise> total;
+    for (const LandmarkObservation& observation : seen.landmarks) {
+        const Belief before = belief;
+        std::optional<Belief> best_belief;
+        Surprise best;
+        best.log_evidence = -std::numeric_limits<double>::infinity();
+        for (const int shape : observation.shapes) {
+            for (const int landmark : models.shapes[static_cast<std::size_t>(shape)].landmarks) {
+                const Doubt doubt = doubt_over(2 * static_cast<int>(observation.points.size()), 100, models.settings);
+                Belief tried = before;
+                const auto surprise = update_landmark(tried, observation, models.landmark(landmark), camera, doubt);
+                if (!surprise || surprise->log_evidence <= best.log_evidence) continue;
+                best = *surprise;
+                best_belief = tried;
+            }
+        }
+        if (!best_belief) best = {-30, 0, 0, 0};
+        if (best_belief) belief = *best_belief;
+        if (!total) total = Surprise{0, 0, 0, 0};
+        total->log_evidence += best.log_evidence;
+        total->right = std::max(total->right, best.right);
+        total->nis += best.right > 0.05 ? best.nis : 0;
+        total->dimensions += best.right > 0.05 ? best.dimensions : 0;
+    }
+    return total;
+}
+
+/// The corner that an observation most likely shows, seen from a belief; the picture's readings exclude each other.
+std::optional<Surprise> take_corners(Belief& belief, const CornerSighting& seen, int source, const TrackingModels& models) {
+    const OnboardSource& camera = models.onboard.at(source);
+    const Belief before = belief;
+    std::optional<Surprise> best;
+    for (const CornerObservation& observation : seen.corners) {
+        for (std::size_t k = 0; k < models.site.corners.size(); ++k) {
+            const SiteCorner& corner = models.site.corners[k];
+            if (std::abs(corner.wall_angle - observation.wall_angle) > 0.01) continue;
+            Belief tried = before;
+            const Doubt doubt{models.settings.outliers, models.settings.gate + 10, -std::log(8 * std::numbers::pi * std::numbers::pi * 25)};
+            auto surprise = update_corner(tried, observation, corner, static_cast<int>(k), camera, doubt);
+            if (!surprise) continue;
+            surprise->log_evidence += std::log(std::max(observation.weight, 1e-6));
+            if (best && surprise->log_evidence <= best->log_evidence) continue;
+            best = surprise;
+            belief = tried;
+        }
+    }
+    return best;
+}
+
+/// A picture of nothing but a place to start from.
+void take_places(Track& track, const PlaceSighting& seen, const TrackingModels& models) {
+    if (track.belief.hypotheses.size() > 1 || seen.proposals.empty()) return;
+    Belief proposed = start_belief(seen.proposals[0], track.robot, models);
+    if (pose_distance(proposed, track.belief.best()) > 16) add_places(track, seen.proposals, models.settings.kidnapping, models);
+}
+
+}  // namespace
+
+SourceHealth& health_of(Track& track, int source) {
+    for (SourceHealth& health : track.sources) {
+        if (health.source == source) return health;
+    }
+    if (track.sources.size() < track.sources.capacity()) {
+        track.sources.push_back({source});
+        return track.sources[track.sources.size() - 1];
+    }
+    SourceHealth* oldest = &track.sources[0];
+    for (SourceHealth& health : track.sources) {
+        if (health.seen < oldest->seen) oldest = &health;
+    }
+    *oldest = SourceHealth{source};
+    return *oldest;
+}
+
+void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
+    if (time <= track.time) return;
+    const auto robot = static_cast<std::size_t>(track.robot);
+    const MotionModel& motion = models.motion[robot];
+    track.budget = std::min(4.0, track.budget + models.settings.conviction * to_seconds(time - track.time));
+    const bool several = track.belief.hypotheses.size() > 1;
+    while (track.time < time) {
+        OdometryTrack::Piece piece;
+        piece.end = time;
+        if (track.named) piece = models.driven[robot].piece(track.time, time);
+        const double seconds = to_seconds(piece.end - track.time);
+        for (Hypothesis& h : track.belief.hypotheses) {
+            if (piece.driven) {
+                predict(h.belief, piece.step, models.settings.odometry);
+                continue;
+            }
+            predict(h.belief, seconds, motion);
+            if (!several || motion.drive == Drive::holonomic || !h.belief.yaw_known()) continue;
+            // Which end is the front: robots seldom drive backwards.
+            const double forward = std::cos(h.belief.mean[state_yaw]) * h.belief.mean[state_vx] + std::sin(h.belief.mean[state_yaw]) * h.belief.mean[state_vy];
+            const double speed = h.belief.mean.segment<2>(state_vx).norm();
+            if (speed > moving_speed) h.log_weight -= models.settings.backwards * seconds * (speed - forward);
+        }
+        track.time = piece.end;
+    }
+    if (several) settle(track.belief);
+}
+
+void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models) {
+    track.belief.hypotheses.clear();
+    track.time = track.born = track.seen = time;
+    track.sightings = 1;
+    track.budget = 4;
+    add_places(track, places, 1, models);
+}
+
+std::vector<PlaceProposal> places_of(const PoseObservation& observation) {
+    std::vector<PlaceProposal> places;
+    const int turns = observation.yaw_known ? std::max(observation.like_turns, 1) : 1;
+    for (int i = 0; i < turns; ++i) {
+        const double yaw = wrap_angle(observation.pose.yaw + 2 * std::numbers::pi * i / turns);
+        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, observation.yaw_known, 1});
+    }
+    return places;
+}
+
+double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain) {
+    const PoseSource& errors = models.fixed.at(source);
+    Doubt doubt = doubt_of(observation.yaw_known ? 3 : 2, models.settings);
+    if (certain) doubt.gate = std::numeric_limits<double>::infinity();
+    thread_local std::vector<PlaceProposal> places;
+    places.assign(1, {observation.pose, observation.covariance, observation.yaw_known, 1});
+    return take_with(track, source, places, models, [&](Belief& belief) -> std::optional<Surprise> {
+        add_slow_states(belief, observation, errors);
+        if (!observation.yaw_known) return update(belief, linearise_place(belief, observation, errors), doubt);
+        return update(belief, linearise_pose(belief, observation, errors), doubt);
+    });
+}
+
+double take(Track& track, const Event& event, const TrackingModels& models) {
+    const auto fuse = [&](const std::vector<PlaceProposal>& proposals, const auto& update_one) {
+        if (track.alive()) return take_with(track, event.source, proposals, models, update_one);
+        if (!proposals.empty()) {
+            start(track, proposals, event.time, models);
+            health_of(track, event.source).seen = event.time;
+        }
+        return 0.0;
+    };
+    struct Visitor {
+        Track& track;
+        const Event& event;
+        const TrackingModels& models;
+        const decltype(fuse)& fuse_with;
+
+        double operator()(const PoseObservation& o) const {
+            if (track.alive()) return take_pose(track, o, event.source, models);
+            start(track, places_of(o), event.time, models);
+            health_of(track, event.source).seen = event.time;
+            return 0;
+        }
+        double operator()(const GroupSighting&) const { return 0; }
+        double operator()(const LandmarkSighting& s) const {
+            return fuse_with(s.proposals, [&](Belief& b) { return take_landmarks(b, s, event.source, models); });
+        }
+        double operator()(const CornerSighting& s) const {
+            return fuse_with(s.proposals, [&](Belief& b) { return take_corners(b, s, event.source, models); });
+        }
+        double operator()(const RangeObservation& o) const {
+            if (!track.alive()) return 0;
+            const auto& beacon = models.site.beacons[static_cast<std::size_t>(o.beacon)].position;
+            const RangeSource& source = models.ranges[static_cast<std::size_t>(track.robot)];
+            return fuse_with({}, [&](Belief& b) -> std::optional<Surprise> { return update_range(b, o, beacon, source); });
+        }
+        double operator()(const RangeDifferenceObservation& o) const {
+            if (!track.alive()) return 0;
+            const auto& first = models.site.beacons[static_cast<std::size_t>(o.beacons[0])].position;
+            const auto& second = models.site.beacons[static_cast<std::size_t>(o.beacons[1])].position;
+            const RangeSource& source = models.ranges[static_cast<std::size_t>(track.robot)];
+            return fuse_with({}, [&](Belief& b) -> std::optional<Surprise> { return update_difference(b, o, first, second, source); });
+        }
+        double operator()(const PlaceSighting& s) const {
+            if (track.alive()) take_places(track, s, models);
+            if (!track.alive() && !s.proposals.empty()) start(track, s.proposals, event.time, models);
+            return 0;
+        }
+        double operator()(const TimePassed&) const { return 0; }
+    };
+    return std::visit(Visitor{track, event, models, fuse}, event.what);
+}
+
+}  // namespace roomfix

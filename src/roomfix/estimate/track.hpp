@@ -1,0 +1,61 @@
+// One robot under way: what is believed of it, and how each kind of observation changes that.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "roomfix/estimate/event.hpp"
+#include "roomfix/estimate/robot_belief.hpp"
+#include "roomfix/estimate/tracking_models.hpp"
+
+namespace roomfix {
+
+/// Before any time that a clock shows.
+constexpr Nanoseconds never = std::numeric_limits<Nanoseconds>::min() / 2;
+
+/// How a source gets on with what is believed otherwise.
+struct SourceHealth {
+    int source = 0;
+    Nanoseconds seen = never;  // its last observation that was believed
+    double right = 1;         // smoothed probability that it is right, of observations that something else can confirm
+    int judged = 0;
+    double distance = 0;      // m, smoothed: how far off it is
+    bool quarantined = false;
+    double nis = 0;           // of its last observation, with its dimensions
+    int dimensions = 0;
+};
+
+struct Track {
+    int robot = -1;   // index in the site's robots: itself, or the first of its look-alikes while nobody knows which one
+    int number = 0;   // of a robot of which there are many; 0: not reported yet
+    bool named = false;
+    RobotBelief belief;
+    Nanoseconds time = 0;  // of the belief
+    Nanoseconds born = 0;
+    Nanoseconds seen = 0;  // last observation that was believed
+    int sightings = 0;
+    double presence = 1;  // part of the last frames of its cameras that showed it
+    double budget = 4;    // nats, how far evidence may still turn the balance between hypotheses
+    FixedList<SourceHealth, 12> sources;
+
+    bool alive() const { return !belief.hypotheses.empty(); }
+};
+
+/// Moves a track to a time, by odometry where there is any. Not into the past.
+void predict(Track& track, Nanoseconds time, const TrackingModels& models);
+
+/// Starts a track, or starts it anew, at one of several places.
+void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models);
+
+/// The places that a sighting allows: all poses that look alike.
+std::vector<PlaceProposal> places_of(const PoseObservation& observation);
+
+/// Takes an observation of the track's own robot; the track is at its time. Returns the log evidence, 0 where it starts the track.
+double take(Track& track, const Event& event, const TrackingModels& models);
+/// The same for one robot of a frame. `certain`: that it is this one has been settled elsewhere.
+double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain = false);
+
+/// Health of a source within a track, added if it is not there.
+SourceHealth& health_of(Track& track, int source);
+
+}  // namespace roomfix

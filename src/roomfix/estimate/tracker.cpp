@@ -1,0 +1,213 @@
+#include "roomfix/estimate/tracker.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+constexpr Nanoseconds longest_silence = 100'000'000;  // ns: an older state is brought up to date by odometry
+constexpr Nanoseconds far_apart = 10'000'000'000;  // ns: no source is that far ahead of or behind the others
+
+bool usable(const PoseObservation& o) {
+    if (!std::isfinite(o.pose.x) || !std::isfinite(o.pose.y) || !std::isfinite(o.pose.yaw) || !o.covariance.allFinite() || !o.by_camera.allFinite()) return false;
+    const int dimensions = o.yaw_known ? 3 : 2;
+    const Eigen::MatrixXd part = o.covariance.topLeftCorner(dimensions, dimensions);
+    return Eigen::LLT<Eigen::MatrixXd>(part).info() == Eigen::Success && part.diagonal().minCoeff() > 0;
+}
+
+bool usable(const PlaceProposal& p) {
+    return usable(PoseObservation{0, p.pose, p.yaw_known, p.covariance}) && std::isfinite(p.weight) && p.weight > 0;
+}
+
+bool usable(const LandmarkObservation& o) {
+    return std::all_of(o.points.begin(), o.points.end(),
+                       [](const PointSighting& p) { return p.pixel.allFinite() && p.covariance.allFinite() && p.covariance.determinant() > 0; });
+}
+
+bool usable(const CornerObservation& o) {
+    return o.view.corner_from_camera.allFinite() && o.view.place.allFinite() && o.covariance.allFinite() && Eigen::LLT<Matrix5d>(o.covariance).info() == Eigen::Success;
+}
+
+bool all_usable(const std::vector<PlaceProposal>& places) {
+    return std::all_of(places.begin(), places.end(), [](const PlaceProposal& p) { return usable(p); });
+}
+
+}  // namespace
+
+Tracker::Tracker(const Site& site, const TrackerSettings& settings) : models_(site, settings), groups_(groups_of(site.robots)) {
+    group_of_.resize(site.robots.size());
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        for (const int robot : groups_[g].robots) group_of_[static_cast<std::size_t>(robot)] = g;
+        buffers_.emplace_back(start_state(groups_[g]), settings.lag);
+    }
+}
+
+/// A single time far from all others is an error; two that agree are a clock that was set.
+bool Tracker::plausible_time(Nanoseconds time) {
+    if (!newest_ || std::abs(time - *newest_) < far_apart) {
+        newest_ = newest_ ? std::max(*newest_, time) : time;
+        stray_.reset();
+        return true;
+    }
+    const bool confirmed = stray_ && std::abs(time - *stray_) < far_apart && time != *stray_;
+    stray_ = time;
+    if (!confirmed) {
+        ++counts_.strayed;
+        return false;
+    }
+    if (time < *newest_) {
+        for (std::size_t g = 0; g < groups_.size(); ++g) buffers_[g] = Buffer(start_state(groups_[g]), models_.settings.lag);
+        for (OdometryTrack& driven : models_.driven) driven = OdometryTrack(models_.settings.odometry_limits);
+    }
+    newest_ = time;
+    stray_.reset();
+    return true;
+}
+
+void Tracker::add(std::size_t group, const Event& event) {
+    const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); };
+    switch (buffers_[group].add(event, run)) {
+        case Taken::yes: ++counts_.used; break;
+        case Taken::late: ++counts_.late; break;
+        case Taken::twice: ++counts_.twice; break;
+    }
+}
+
+void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots) {
+    if (!plausible_time(time)) return;
+    const int source = models_.source(camera);
+    std::vector<GroupSighting> sightings(groups_.size());
+    int key = 0;
+    for (const PoseObservation& o : robots) {
+        if (!knows_robot(o.robot) || !usable(o)) {
+            ++counts_.impossible;
+            continue;
+        }
+        const std::size_t group = group_of(o.robot);
+        // A tag says which of the look-alikes it is.
+        if (groups_[group].alone() || (o.identified && !groups_[group].many)) {
+            add(group, {time, source, ++key, o});
+        } else {
+            sightings[group].robots.push_back(o);
+        }
+    }
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (groups_[g].alone() || (sightings[g].robots.empty() && buffers_[g].empty())) continue;
+        add(g, {time, source, 0, std::move(sightings[g])});
+    }
+}
+
+void Tracker::see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting) {
+    const int source = models_.source(camera);
+    const bool good = knows_robot(sighting.robot) && models_.onboard.contains(source) && all_usable(sighting.proposals) &&
+                      std::all_of(sighting.landmarks.begin(), sighting.landmarks.end(), [](const auto& l) { return usable(l); });
+    if (!good) ++counts_.impossible;
+    if (good && !sighting.landmarks.empty() && plausible_time(time)) add(group_of(sighting.robot), {time, source, 0, sighting});
+}
+
+void Tracker::see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting) {
+    const int source = models_.source(camera);
+    const bool good = knows_robot(sighting.robot) && models_.onboard.contains(source) && all_usable(sighting.proposals) &&
+                      std::all_of(sighting.corners.begin(), sighting.corners.end(), [](const auto& c) { return usable(c); });
+    if (!good) ++counts_.impossible;
+    if (good && !sighting.corners.empty() && plausible_time(time)) add(group_of(sighting.robot), {time, source, 0, sighting});
+}
+
+void Tracker::hear(const RangeObservation& range) {
+    if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !(range.sigma > 0) || !std::isfinite(range.sigma) || !std::isfinite(range.range) ||
+        range.range < 0) {
+        ++counts_.impossible;
+        return;
+    }
+    if (plausible_time(range.time)) add(group_of(range.robot), {range.time, models_.range_source, 1 + range.beacon, range});
+}
+
+void Tracker::hear(const RangeDifferenceObservation& difference) {
+    const auto [a, b] = difference.beacons;
+    if (!knows_robot(difference.robot) || !knows_beacon(a) || !knows_beacon(b) || a == b || !(difference.sigma > 0) || !std::isfinite(difference.sigma) ||
+        !std::isfinite(difference.difference)) {
+        ++counts_.impossible;
+        return;
+    }
+    const int key = -1 - a - b * static_cast<int>(models_.site.beacons.size());
+    if (plausible_time(difference.time)) add(group_of(difference.robot), {difference.time, models_.range_source, key, difference});
+}
+
+void Tracker::drive(const OdometryObservation& odometry) {
+    if (!knows_robot(odometry.robot) || !std::isfinite(odometry.pose.x) || !std::isfinite(odometry.pose.y) || !std::isfinite(odometry.pose.yaw)) {
+        ++counts_.impossible;
+        return;
+    }
+    if (!plausible_time(odometry.time)) return;
+    if (odometry.time < *newest_ - models_.settings.lag) {
+        ++counts_.late;
+        return;
+    }
+    OdometryTrack& driven = models_.driven[static_cast<std::size_t>(odometry.robot)];
+    const auto changed = driven.add(odometry.time, odometry.pose);
+    if (!changed) {
+        ++counts_.twice;
+        return;
+    }
+    ++counts_.used;
+    const std::size_t group = group_of(odometry.robot);
+    buffers_[group].redo_after(*changed, [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
+    if (!buffers_[group].empty() && odometry.time - buffers_[group].newest_time() > longest_silence) {
+        add(group, {odometry.time, models_.wheel_source, odometry.robot, TimePassed{odometry.robot}});
+    }
+    driven.forget_before(buffers_[group].empty() ? *newest_ - 4 * models_.settings.lag : buffers_[group].reach());
+}
+
+void Tracker::propose(Nanoseconds time, const std::string& source, const PlaceSighting& places) {
+    if (!knows_robot(places.robot) || !all_usable(places.proposals)) {
+        ++counts_.impossible;
+        return;
+    }
+    if (!places.proposals.empty() && plausible_time(time)) add(group_of(places.robot), {time, models_.source(source), 0, places});
+}
+
+const Track* Tracker::track(int robot) const {
+    if (!knows_robot(robot)) return nullptr;
+    for (const Track& track : buffers_[group_of(robot)].newest().scenes.front().tracks) {
+        if (track.named && track.robot == robot && track.alive()) return &track;
+    }
+    return nullptr;
+}
+
+std::optional<PoseObservation> Tracker::expected(int robot, Nanoseconds time) const {
+    if (!knows_robot(robot)) return std::nullopt;
+    const std::size_t group = group_of(robot);
+    for (const Fix& fix : fixes_at(buffers_[group].newest(), time, groups_[group], models_)) {
+        if (fix.status == FixStatus::none || fix.robot != models_.site.robots[static_cast<std::size_t>(robot)].id) continue;
+        return PoseObservation{robot, fix.pose, fix.yaw_known, fix.covariance};
+    }
+    return std::nullopt;
+}
+
+std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
+    std::vector<Fix> all;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (buffers_[g].empty()) continue;
+        const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[g], models_); };
+        const bool past = time < buffers_[g].newest_time();
+        const auto found = past ? fixes_at(buffers_[g].at(time, run), time, groups_[g], models_) : fixes_at(buffers_[g].newest(), time, groups_[g], models_);
+        all.insert(all.end(), found.begin(), found.end());
+    }
+    return all;
+}
+
+std::vector<Quarantine> Tracker::quarantines() const {
+    std::vector<Quarantine> all;
+    for (const Buffer& buffer : buffers_) {
+        for (const Track& track : buffer.newest().scenes.front().tracks) {
+            for (const SourceHealth& source : track.sources) {
+                if (source.quarantined) all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance});
+            }
+        }
+    }
+    return all;
+}
+
+}  // namespace roomfix

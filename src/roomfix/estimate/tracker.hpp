@@ -1,0 +1,77 @@
+// Every robot's pose from all that is observed of it: cameras, landmarks, corners, ranges, odometry.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "roomfix/estimate/group.hpp"
+#include "roomfix/estimate/lag_buffer.hpp"
+#include "roomfix/estimate/tracking_models.hpp"
+#include "roomfix/observation/odometry_observation.hpp"
+
+namespace roomfix {
+
+/// What was not used, and why.
+struct TrackerCounts {
+    long used = 0;
+    long late = 0;       // older than the lag
+    long twice = 0;      // the same source at the same time
+    long impossible = 0; // not finite, not positive definite, an unknown robot, beacon or camera
+    long strayed = 0;    // a time far from all others
+};
+
+/// A source that is not believed for a robot at present.
+struct Quarantine {
+    std::string robot;
+    std::string source;
+    double distance = 0;  // m, from where the robot is by all other sources
+};
+
+/// Observations may come in any order and up to a lag late; the result is that of processing them in the order of their times.
+class Tracker {
+public:
+    explicit Tracker(const Site& site, const TrackerSettings& settings = {});
+
+    /// One frame of a fixed camera: all robots in it, none of them twice. An empty one counts, too.
+    void see(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots);
+    /// Landmarks or corners in one frame of a camera on a robot of the site, with the places that the frame alone allows.
+    void see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting);
+    void see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting);
+    void hear(const RangeObservation& range);
+    void hear(const RangeDifferenceObservation& difference);
+    void drive(const OdometryObservation& odometry);
+    /// Where a robot may be, found from several observations together: tracking starts or recovers there.
+    void propose(Nanoseconds time, const std::string& source, const PlaceSighting& places);
+
+    /// Where a robot that is not one of many is expected at a time, if it is tracked and not lost.
+    std::optional<PoseObservation> expected(int robot, Nanoseconds time) const;
+    /// All robots at a time; into the past as far as the lag reaches.
+    std::vector<Fix> fixes(Nanoseconds time) const;
+    /// What is believed of a robot in detail; nothing if it is not tracked.
+    const Track* track(int robot) const;
+
+    const TrackerCounts& counts() const { return counts_; }
+    std::vector<Quarantine> quarantines() const;
+    const TrackingModels& models() const { return models_; }
+
+private:
+    using Buffer = LagBuffer<GroupState, Event>;
+    bool plausible_time(Nanoseconds time);
+    void add(std::size_t group, const Event& event);
+    std::size_t group_of(int robot) const { return group_of_[static_cast<std::size_t>(robot)]; }
+    bool knows_robot(int robot) const { return robot >= 0 && static_cast<std::size_t>(robot) < models_.site.robots.size(); }
+    bool knows_beacon(int beacon) const { return beacon >= 0 && static_cast<std::size_t>(beacon) < models_.site.beacons.size(); }
+
+    TrackingModels models_;
+    std::vector<Group> groups_;
+    std::vector<std::size_t> group_of_;  // of each robot
+    std::vector<Buffer> buffers_;        // of each group
+    TrackerCounts counts_;
+    std::optional<Nanoseconds> newest_;
+    std::optional<Nanoseconds> stray_;  // a time that is far from all others, until a second one confirms it
+};
+
+}  // namespace roomfix

@@ -1,0 +1,47 @@
+#include "roomfix/estimate/tracking_models.hpp"
+
+#include <algorithm>
+
+namespace roomfix {
+
+TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wanted) : site(described), settings(wanted) {
+    for (const SiteRobot& robot : site.robots) {
+        MotionModel model = settings.motion;
+        if (robot.drive != Drive::unknown) model.drive = robot.drive;
+        motion.push_back(model);
+        RangeSource source{Eigen::Vector3d::Zero(), settings.late, 0, settings.range_bias_memory};
+        if (robot.receiver) {
+            source.receiver = robot.receiver->position;
+            source.bias_sigma = robot.receiver->bias_sigma;
+        }
+        ranges.push_back(source);
+        odometry.push_back(robot.odometry ? OdometryPrior{robot.odometry->scale_sigma, robot.odometry->drift_sigma} : OdometryPrior{});
+        driven.emplace_back(settings.odometry_limits);
+    }
+    range_source = source("ranges");
+    wheel_source = source("odometry");
+    shapes = landmark_shapes(site.landmarks);
+    for (const SiteLandmark& landmark : site.landmarks) landmark_points.push_back(map_points(landmark));
+    for (const SiteCamera& camera : site.cameras) {
+        const int number = source(camera.id);
+        if (const auto* mount = std::get_if<Mount>(&camera.placement)) {
+            onboard.emplace(number, onboard_source(number, CameraOnRobot{camera.model, mount->robot_from_camera}));
+        } else if (const auto view = fixed_view(camera)) {
+            fixed[number].root = root_of(view->map_from_camera.covariance);
+        }
+    }
+}
+
+int TrackingModels::source(const std::string& name) {
+    const auto found = std::find(source_names.begin(), source_names.end(), name);
+    if (found != source_names.end()) return static_cast<int>(found - source_names.begin());
+    source_names.push_back(name);
+    const int number = static_cast<int>(source_names.size()) - 1;
+    PoseSource errors;
+    errors.source = number;
+    errors.time_offset_sigma = settings.time_offset_sigma;
+    fixed.emplace(number, errors);
+    return number;
+}
+
+}  // namespace roomfix

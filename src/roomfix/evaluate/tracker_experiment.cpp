@@ -1,0 +1,543 @@
+#include "roomfix/evaluate/tracker_experiment.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "roomfix/base/random.hpp"
+#include "roomfix/estimate/tracker.hpp"
+#include "roomfix/evaluate/consistency.hpp"
+
+namespace roomfix {
+namespace {
+
+const Eigen::Vector2d hall(8, 6);  // m
+constexpr double hall_height = 3;
+constexpr double fine = 0.005;  // s, step of the true motion
+
+Eigen::Vector3d normal3(Random& random) { return {random.normal(), random.normal(), random.normal()}; }
+
+template <int N>
+Eigen::Matrix<double, N, 1> drawn(const Eigen::Matrix<double, N, N>& covariance, Random& random) {
+    const Eigen::LDLT<Eigen::Matrix<double, N, N>> factor(covariance);
+    Eigen::Matrix<double, N, 1> z;
+    for (int i = 0; i < N; ++i) z[i] = random.normal() * std::sqrt(std::max(factor.vectorD()[i], 0.0));
+    return factor.transpositionsP().transpose() * (factor.matrixL() * z);
+}
+
+CameraModel wall_camera_model() { return make_camera_model(640, 480, 420, 420, 320, 240); }
+
+Site make_site(const Senses& senses) {
+    Site site;
+    site.name = "hall";
+    site.ceiling = hall_height;
+    for (int c = 0; c < 2; ++c) {
+        SiteCamera camera;
+        camera.id = c == 0 ? "west" : "east";
+        camera.model = wall_camera_model();
+        const Eigen::Vector3d at(c == 0 ? 0.1 : hall.x() - 0.1, c == 0 ? 0.5 : hall.y() - 0.5, 2.6);
+        KnownPose known;
+        known.map_from_camera.pose = looking_at(at, {hall.x() * (c == 0 ? 0.45 : 0.55), hall.y() / 2, 0});
+        Vector6d sigma;
+        sigma << 0.01, 0.01, 0.01, 0.003, 0.003, 0.003;
+        known.map_from_camera.covariance = sigma.cwiseAbs2().asDiagonal();
+        camera.placement.emplace<KnownPose>(known);
+        site.cameras.push_back(camera);
+    }
+    const auto mounted = [&](const char* id, const Eigen::Matrix3d& turn, const CameraModel& model) {
+        SiteCamera camera;
+        camera.id = id;
+        camera.model = model;
+        Mount mount;
+        mount.robot = "r1";
+        mount.has_covariance = true;
+        mount.robot_from_camera.pose.linear() = turn;
+        mount.robot_from_camera.pose.translation() = Eigen::Vector3d(0.05, 0, 0.3);
+        Vector6d sigma;
+        sigma << 0.002, 0.002, 0.002, 0.003, 0.003, 0.003;
+        mount.robot_from_camera.covariance = sigma.cwiseAbs2().asDiagonal();
+        camera.placement.emplace<Mount>(mount);
+        site.cameras.push_back(camera);
+    };
+    Eigen::Matrix3d up;
+    up << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    mounted("up", up, make_camera_model(352, 288, 300, 300, 175.5, 143.5));
+    mounted("eye", looking_at(Eigen::Vector3d::Zero(), {1, 0, 0.6}).linear(), make_camera_model(640, 480, 330, 330, 320, 240));
+    SiteRobot robot;
+    robot.id = "r1";
+    robot.shape = Box{0.6, 0.4, 0.4};
+    // Where nothing shows the front, the wheels may point anywhere.
+    const bool has_front = senses.cameras || senses.ceiling || senses.corners || senses.odometry;
+    robot.drive = has_front ? Drive::differential : Drive::holonomic;
+    robot.odometry = WheelOdometry{};
+    Receiver receiver;
+    receiver.position = Eigen::Vector3d(has_front ? 0.1 : 0, 0, 0.4);
+    receiver.sigma = 0.03;
+    robot.receiver = receiver;
+    site.robots.push_back(robot);
+    int number = 0;
+    for (double x = 0.5; x < hall.x(); x += 1.4) {
+        for (double y = 0.5; y < hall.y(); y += 1.25) {
+            SiteLandmark landmark;
+            landmark.id = fmt::format("n{}", ++number);
+            landmark.kind = LedTriangle{0.10, 0.15};
+            landmark.map_from_landmark.translation() = Eigen::Vector3d(x, y, hall_height);
+            site.landmarks.push_back(landmark);
+        }
+    }
+    for (const Eigen::Vector2d& at : {Eigen::Vector2d(0, 0), {8, 0}, {8, 6}, {0, 6}, {4, 0}, {4, 6}}) {
+        SiteBeacon beacon;
+        beacon.id = fmt::format("b{}", site.beacons.size());
+        beacon.position = Eigen::Vector3d(at.x(), at.y(), 2.5);
+        site.beacons.push_back(beacon);
+    }
+    for (int i = 0; i < 4; ++i) {
+        SiteCorner corner;
+        corner.id = fmt::format("c{}", i);
+        corner.position = Eigen::Vector3d(i == 1 || i == 2 ? hall.x() : 0, i >= 2 ? hall.y() : 0, hall_height);
+        corner.yaw = i * std::numbers::pi / 2;
+        site.corners.push_back(corner);
+    }
+    return site;
+}
+
+/// The true motion: states of the tracker's own kind, every `fine` seconds.
+struct TrueMotion {
+    std::vector<StateVector> states;
+
+    StateVector at(double time) const { return states[std::min(static_cast<std::size_t>(std::lround(time / fine)), states.size() - 1)]; }
+};
+
+StateVector next_state(const StateVector& now, const MotionModel& model, Random& random) {
+    const Eigen::Rotation2Dd axes(now[state_yaw]);
+    Eigen::Vector2d own = axes.inverse() * now.segment<2>(state_vx);
+    const double keep = std::exp(-fine / model.memory);
+    const double root = std::sqrt(fine);
+    own.x() = keep * own.x() + random.normal(model.acceleration * root);
+    const bool steers = model.drive == Drive::differential;
+    own.y() = keep * (steers ? std::exp(-fine / model.slip_memory) : 1) * own.y() + random.normal((steers ? model.side_acceleration : model.acceleration) * root);
+    StateVector next = now;
+    next[state_turn] = keep * now[state_turn] + random.normal(model.turning * root);
+    next[state_yaw] += 0.5 * fine * (now[state_turn] + next[state_turn]);
+    const Eigen::Vector2d velocity = Eigen::Rotation2Dd(next[state_yaw]) * own;
+    next.head<2>() += 0.5 * fine * (now.segment<2>(state_vx) + velocity);
+    next.segment<2>(state_vx) = velocity;
+    return next;
+}
+
+/// Stretches that would leave the hall are driven anew.
+TrueMotion true_motion(double seconds, const MotionModel& model, Random& random) {
+    TrueMotion motion;
+    StateVector now = StateVector::Zero();
+    now.head<3>() = Eigen::Vector3d(random.uniform(2.5, 5.5), random.uniform(2, 4), random.uniform(-3, 3));
+    now.segment<2>(state_vx) = Eigen::Rotation2Dd(now[state_yaw]) * Eigen::Vector2d(random.uniform(0.1, 0.5), 0);
+    motion.states.push_back(now);
+    const auto steps = static_cast<std::size_t>(seconds / fine) + 1;
+    constexpr std::size_t stretch = 200;
+    int attempts = 0;
+    while (motion.states.size() < steps) {
+        const std::size_t before = motion.states.size();
+        bool inside = true;
+        for (std::size_t i = 0; i < stretch && inside; ++i) {
+            motion.states.push_back(next_state(motion.states.back(), model, random));
+            const auto& s = motion.states.back();
+            inside = s[0] > 0.8 && s[1] > 0.8 && s[0] < hall.x() - 0.8 && s[1] < hall.y() - 0.8 && s.segment<2>(state_vx).norm() < 1.5 && std::abs(s[state_turn]) < 3;
+        }
+        if (inside) continue;
+        // Stuck in front of a wall: go back farther.
+        const std::size_t back = before - std::min<std::size_t>(before - 1, stretch * static_cast<std::size_t>(++attempts / 20));
+        motion.states.resize(attempts % 20 == 0 ? back : before);
+    }
+    return motion;
+}
+
+/// Fisher information of a range about the distance, 1/m^2: less than 1/sigma^2 since some are late.
+double information_of(double sigma, const LateModel& model) {
+    double information = 0;
+    const double step = sigma / 20;
+    for (double e = -8 * sigma; e < 10 * model.mean; e += step) {
+        // The density itself: in range_likelihood the late part is counted once.
+        const RangeLikelihood l = range_likelihood(e, sigma, model);
+        information += l.slope * l.slope * std::exp(l.log_density) * step;
+    }
+    return information;
+}
+
+/// The Riccati recursion at the true states: the smallest covariance that any tracker can have.
+class Bound {
+public:
+    Bound(const TrackingModels& models, const TrueMotion& motion) : models_(models), motion_(motion) {}
+
+    void start(const Pose2& pose, const Eigen::Matrix3d& covariance, double time) {
+        belief_ = belief_at(pose, covariance, models_.settings.start_speed, models_.settings.start_turning, models_.odometry[0]);
+        time_ = from_seconds(time);
+        started_ = true;
+    }
+    bool started() const { return started_; }
+    void predict_to(Nanoseconds time, double scale, double drift) {
+        while (started_ && time_ < time) {
+            const StateVector truth = motion_.at(to_seconds(time_));
+            belief_.mean.head<6>() = truth.head<6>();
+            belief_.mean[state_scale] = scale;
+            belief_.mean[state_drift] = drift;
+            const OdometryTrack::Piece piece = models_.driven[0].piece(time_, time);
+            if (piece.driven) {
+                predict(belief_, piece.step, models_.settings.odometry);
+            } else {
+                predict(belief_, to_seconds(piece.end - time_), models_.motion[0]);
+            }
+            time_ = piece.end;
+        }
+        const StateVector truth = motion_.at(to_seconds(time));
+        belief_.mean.head<6>() = truth.head<6>();
+        belief_.mean.tail<most_slow_states>().setZero();
+    }
+    template <int Rows>
+    void learn(Linearised<Rows> measured) {
+        if (!started_) return;
+        measured.residual.setZero();
+        update(belief_, measured, {0.01, std::numeric_limits<double>::infinity(), -10});
+    }
+    Belief& belief() { return belief_; }
+
+private:
+    const TrackingModels& models_;
+    const TrueMotion& motion_;
+    Belief belief_;
+    Nanoseconds time_ = 0;
+    bool started_ = false;
+};
+
+/// One drive: what is true, what is seen of it, and what the tracker makes of that.
+class Drive1 {
+public:
+    explicit Drive1(const DriveOptions& options)
+        : options_(options), random_(options.seed), site_(make_site(options.senses)), tracker_(site_, {}), models_(site_, {}),
+          motion_(true_motion(options.seconds, models_.motion[0], random_)), bound_(models_, motion_) {
+        for (int c = 0; c < 2; ++c) {
+            const auto& known = std::get<KnownPose>(site_.cameras[static_cast<std::size_t>(c)].placement).map_from_camera;
+            camera_error_.push_back(drawn<6>(known.covariance, random_));
+        }
+        for (int c = 2; c < 4; ++c) {
+            const auto& known = std::get<Mount>(site_.cameras[static_cast<std::size_t>(c)].placement).robot_from_camera;
+            mount_.push_back(perturbed(known.pose, drawn<6>(known.covariance, random_)));
+        }
+        for (std::size_t i = 0; i < site_.landmarks.size(); ++i) landmark_error_.push_back(site_.landmarks[i].sigma * normal3(random_));
+        for (std::size_t i = 0; i < site_.corners.size(); ++i) corner_error_.push_back(site_.corners[i].sigma * normal3(random_));
+        const WheelOdometry& wheels = *site_.robots[0].odometry;
+        scale_ = options.scale_error != 0 ? options.scale_error : random_.normal(wheels.scale_sigma);
+        drift_ = options.drift_error != 0 ? options.drift_error : random_.normal(wheels.drift_sigma);
+        range_information_ = information_of(site_.robots[0].receiver->sigma, models_.settings.late);
+    }
+
+    std::vector<TrackerSample> run() {
+        // 100 moments a second; each sense speaks at its own rate and phase.
+        for (int i = 0; i * 0.01 < options_.seconds; ++i) {
+            const double t = i * 0.01;
+            const Senses& s = options_.senses;
+            const bool sees = t < options_.blind_from;
+            if (s.odometry && i % 5 == 0) roll(t);
+            if (!sees) continue;
+            for (int c = 0; c < 2 && s.cameras; ++c) {
+                if (i % 10 == 3 + 4 * c) watch(c, t);
+            }
+            if (s.ceiling && i % 10 == 1) look_up(t);
+            if (s.corners && i % 10 == 6) look_for_corner(t);
+            for (int b = 0; b < 6 && s.ranges; ++b) {
+                if (i % 20 == 2 + 3 * b) hear(b, t);
+            }
+        }
+        return std::move(samples_);
+    }
+
+    /// Samples are taken between the events, when all that is earlier has been told.
+    void sample(double t) {
+        if (t < 3 || t + 1e-9 < next_sample_) return;
+        next_sample_ += 0.5;
+        TrackerSample s;
+        s.time = t;
+        const StateVector truth = motion_.at(t);
+        s.truth = {truth[0], truth[1], wrap_angle(truth[2])};
+        for (const Fix& fix : tracker_.fixes(from_seconds(t))) {
+            s.found = fix.status != FixStatus::none;
+            s.yaw_known = fix.yaw_known;
+            s.fix = fix.pose;
+            s.covariance = fix.covariance;
+        }
+        bound_.predict_to(from_seconds(t), scale_, drift_);
+        s.bound = bound_.belief().pose_covariance();
+        samples_.push_back(s);
+    }
+
+private:
+    Pose2 truth(double t) const {
+        const StateVector s = motion_.at(t);
+        return {s[0], s[1], s[2]};
+    }
+
+    /// Wheels with a constant scale error and drift, and noise as the model says.
+    void roll(double t) {
+        const Pose2 now = truth(t);
+        const OdometryNoise& noise = models_.settings.odometry;
+        if (t > 0) {
+            const Pose2 before = truth(rolled_until_);
+            const double dt = t - rolled_until_;
+            Eigen::Vector2d way = Eigen::Rotation2Dd(-before.yaw) * Eigen::Vector2d(now.x - before.x, now.y - before.y);
+            double turned = now.yaw - before.yaw;
+            const double length = way.norm();
+            const double rest = noise.still * noise.still * dt;
+            // true = (1 + scale) measured: what is measured is the truth with the errors taken out.
+            way += Eigen::Vector2d(random_.normal(std::sqrt(noise.along * noise.along * length + rest)),
+                                   random_.normal(std::sqrt(noise.across * noise.across * length + rest)));
+            way = Eigen::Rotation2Dd(-0.5 * drift_ * dt) * way / (1 + scale_);
+            turned += random_.normal(std::sqrt(noise.turn_per_metre * noise.turn_per_metre * length +
+                                               noise.turn_per_radian * noise.turn_per_radian * std::abs(turned) + noise.still_turn * noise.still_turn * dt));
+            turned -= drift_ * dt;
+            const Eigen::Vector2d step = Eigen::Rotation2Dd(wheels_.yaw) * way;
+            wheels_ = {wheels_.x + step.x(), wheels_.y + step.y(), wheels_.yaw + turned};
+        }
+        rolled_until_ = t;
+        tracker_.drive({from_seconds(t), 0, wheels_});
+        models_.driven[0].add(from_seconds(t), wheels_);
+        // Steps that end here are known only now: samples belong to these moments.
+        sample(t);
+    }
+
+    /// A fixed camera: its calibration's error moves all it sees, noise is on top.
+    void watch(int c, double t) {
+        const SiteCamera& camera = site_.cameras[static_cast<std::size_t>(c)];
+        const View view{camera.model, std::get<KnownPose>(camera.placement).map_from_camera};
+        const Pose2 at = truth(t);
+        const auto pixel = project_map_point(view, {at.x, at.y, 0});
+        if (!options_.senses.odometry) sample(t);
+        if (!pixel || !camera.model.contains(*pixel, 20)) return;
+        const auto floor = pixel_to_plane(view, *pixel, 0);
+        if (!floor) return;
+        Eigen::Matrix<double, 3, 6> by_camera;
+        by_camera.topRows<2>() = floor->by_pose;
+        by_camera.row(2) << 0, 0, 0, 0, 0, 1;
+        PoseObservation seen;
+        seen.by_camera = by_camera;
+        Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+        noise.topLeftCorner<2, 2>() = 0.6 * 0.6 * floor->by_pixel * floor->by_pixel.transpose() + 1e-6 * Eigen::Matrix2d::Identity();
+        noise(2, 2) = 0.015 * 0.015;
+        seen.covariance = by_camera * view.map_from_camera.covariance * by_camera.transpose() + noise;
+        const Eigen::Vector3d error = by_camera * camera_error_[static_cast<std::size_t>(c)] + drawn<3>(noise, random_);
+        seen.pose = {at.x + error.x(), at.y + error.y(), wrap_angle(at.yaw + error.z())};
+        tracker_.see(from_seconds(t), camera.id, {&seen, 1});
+
+        begin_bound(t, seen.covariance);
+        const PoseSource& source = models_.fixed.at(models_.source(camera.id));
+        add_slow_states(bound_.belief(), seen, source);
+        bound_.learn(linearise_pose(bound_.belief(), seen, source));
+    }
+
+    void begin_bound(double t, const Eigen::Matrix3d& covariance) {
+        if (!bound_.started()) bound_.start(truth(t), 1e4 * covariance, t);
+        bound_.predict_to(from_seconds(t), scale_, drift_);
+    }
+
+    PlaceProposal place_near(double t, double sigma, double yaw_sigma) {
+        const Pose2 at = truth(t);
+        PlaceProposal place;
+        place.covariance = Eigen::Vector3d(sigma * sigma, sigma * sigma, yaw_sigma * yaw_sigma).asDiagonal();
+        const Eigen::Vector3d error = Eigen::Vector3d(sigma, sigma, yaw_sigma).cwiseProduct(normal3(random_));
+        place.pose = {at.x + error.x(), at.y + error.y(), wrap_angle(at.yaw + error.z())};
+        return place;
+    }
+
+    void look_up(double t) {
+        if (!options_.senses.odometry) sample(t);
+        constexpr double sigma = 0.1;  // px
+        const SiteCamera& camera = site_.cameras[2];
+        const CameraOnRobot real{camera.model, {mount_[0], Matrix6d::Zero()}};
+        LandmarkSighting sighting;
+        std::vector<std::size_t> which;
+        for (std::size_t i = 0; i < site_.landmarks.size(); ++i) {
+            LandmarkObservation seen;
+            for (const Eigen::Vector3d& point : models_.landmark_points[i]) {
+                const auto pixel = predict_point(real, truth(t), point + landmark_error_[i]);
+                if (!pixel || !camera.model.contains(*pixel, 4)) break;
+                seen.points.push_back({*pixel + sigma * Eigen::Vector2d(random_.normal(), random_.normal()), sigma * sigma * Eigen::Matrix2d::Identity()});
+            }
+            if (seen.points.size() != 3) continue;
+            seen.shapes.push_back(0);
+            sighting.landmarks.push_back(seen);
+            which.push_back(i);
+        }
+        if (sighting.landmarks.empty()) return;
+        sighting.proposals.push_back(place_near(t, 0.03, 0.03));
+        tracker_.see(from_seconds(t), camera.id, sighting);
+
+        begin_bound(t, sighting.proposals[0].covariance);
+        const OnboardSource& source = models_.onboard.at(models_.source("up"));
+        for (std::size_t k = 0; k < which.size(); ++k) {
+            const KnownLandmark landmark = models_.landmark(static_cast<int>(which[k]));
+            add_slow_states(bound_.belief(), landmark, source);
+            const auto l = linearise_points<3>(bound_.belief(), sighting.landmarks[k], landmark, source);
+            if (l) bound_.learn(*l);
+        }
+    }
+
+    void look_for_corner(double t) {
+        if (!options_.senses.odometry) sample(t);
+        const SiteCamera& camera = site_.cameras[3];
+        const Eigen::Isometry3d map_from_camera = map_from_robot(truth(t)) * mount_[1];
+        for (std::size_t i = 0; i < site_.corners.size(); ++i) {
+            const SiteCorner& corner = site_.corners[i];
+            const Eigen::Vector3d vertex = corner.position + corner_error_[i];
+            const auto pixel = project(camera.model, map_from_camera.inverse() * vertex);
+            if (!pixel || !camera.model.contains(*pixel, 20)) continue;
+            CornerObservation seen;
+            const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+            const Eigen::Vector3d at = corner_from_map * (map_from_camera.translation() - vertex);
+            const double far = at.norm() / -at.z();
+            Vector5d sigma;
+            sigma << 0.003, 0.003, 0.002, 0.003 * far, 0.003 * far;
+            seen.covariance = sigma.cwiseAbs2().asDiagonal();
+            const Vector5d error = drawn<5>(seen.covariance, random_);
+            seen.view.corner_from_camera = exponential_rotation(error.head<3>()) * corner_from_map * map_from_camera.linear();
+            seen.view.place = at.head<2>() / -at.z() + error.tail<2>();
+            CornerSighting sighting;
+            sighting.corners.push_back(seen);
+            sighting.proposals.push_back(place_near(t, 0.05, 0.03));
+            tracker_.see(from_seconds(t), camera.id, sighting);
+
+            begin_bound(t, sighting.proposals[0].covariance);
+            const OnboardSource& source = models_.onboard.at(models_.source("eye"));
+            add_slow_states(bound_.belief(), source);
+            for (int k = 0; k < 3; ++k) ensure_slow(bound_.belief(), {SlowKind::corner_place, static_cast<int>(i), k, 1, 1e-5, 0});
+            if (const auto l = linearise_corner(bound_.belief(), seen, corner, static_cast<int>(i), source)) bound_.learn(*l);
+            return;
+        }
+    }
+
+    void hear(int b, double t) {
+        if (!options_.senses.odometry) sample(t);
+        const Receiver& receiver = *site_.robots[0].receiver;
+        const Eigen::Vector3d& beacon = site_.beacons[static_cast<std::size_t>(b)].position;
+        const PredictedRange exact = predict_range(truth(t), receiver.position, beacon);
+        const LateModel& late = models_.settings.late;
+        double range = exact.range + random_.normal(receiver.sigma);
+        if (random_.uniform() < late.share) range -= late.mean * std::log(random_.uniform());
+        if (!bound_.started() && !(options_.senses.cameras || options_.senses.ceiling || options_.senses.corners)) {
+            PlaceSighting places;
+            places.proposals.push_back(place_near(t, 0.3, 0.3));
+            places.proposals[0].yaw_known = false;
+            tracker_.propose(from_seconds(t - 0.001), "start", places);
+            Eigen::Matrix3d spread = places.proposals[0].covariance;
+            spread(2, 2) = unknown_yaw_variance;
+            bound_.start(truth(t), spread, t);
+        }
+        tracker_.hear(RangeObservation{from_seconds(t), 0, b, range, receiver.sigma});
+        if (!bound_.started()) return;
+        bound_.predict_to(from_seconds(t), scale_, drift_);
+        Linearised<1> l;
+        l.noise(0, 0) = 1 / range_information_;
+        for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Matrix<double, 1, 1>(exact.by_pose[i]));
+        bound_.learn(l);
+    }
+
+    DriveOptions options_;
+    Random random_;
+    Site site_;
+    Tracker tracker_;
+    TrackingModels models_;
+    TrueMotion motion_;
+    Bound bound_;
+    std::vector<Vector6d> camera_error_;
+    std::vector<Eigen::Isometry3d> mount_;
+    std::vector<Eigen::Vector3d> landmark_error_, corner_error_;
+    double scale_ = 0, drift_ = 0, range_information_ = 0;
+    double rolled_until_ = 0;
+    Pose2 wheels_;
+    double next_sample_ = 3;
+    std::vector<TrackerSample> samples_;
+};
+
+}  // namespace
+
+std::vector<TrackerSample> simulated_drive(const DriveOptions& options) { return Drive1(options).run(); }
+
+ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed, const std::function<void(double)>& progress) {
+    ConsistencyResult result;
+    result.name = name;
+    result.runs = runs;
+    result.dimensions = senses.cameras || senses.ceiling || senses.corners || senses.odometry ? 3 : 2;
+    int judged = 0;
+    double squares = 0, yaw_squares = 0, bounds = 0, yaw_bounds = 0;
+    for (int i = 0; i < runs; ++i) {
+        DriveOptions options;
+        options.senses = senses;
+        options.seed = mix64(seed * 1000003 + static_cast<std::uint64_t>(i));
+        const auto samples = simulated_drive(options);
+        for (std::size_t k = 0; k < samples.size(); ++k) {
+            const TrackerSample& s = samples[k];
+            ++result.samples;
+            if (!s.found) {
+                ++result.lost;
+                continue;
+            }
+            const Eigen::Vector3d error = pose_error(s.fix, s.truth, 2 * std::numbers::pi);
+            squares += error.head<2>().squaredNorm();
+            yaw_squares += error.z() * error.z();
+            bounds += s.bound.topLeftCorner<2, 2>().trace();
+            yaw_bounds += s.bound(2, 2);
+            if (k + 1 < samples.size()) continue;
+            ++judged;
+            const Eigen::Matrix2d place = s.covariance.topLeftCorner<2, 2>();
+            result.nees += result.dimensions == 3 ? nees(error, s.covariance) : error.head<2>().dot(place.inverse() * error.head<2>());
+        }
+        if (progress) progress((i + 1.0) / runs);
+    }
+    const int found = std::max(result.samples - result.lost, 1);
+    result.nees /= std::max(judged, 1);
+    const double spread = 1.96 * std::sqrt(2.0 * result.dimensions / std::max(judged, 1));
+    result.nees_low = result.dimensions - spread;
+    result.nees_high = result.dimensions + spread;
+    result.rmse = std::sqrt(squares / found);
+    result.yaw_rmse = std::sqrt(yaw_squares / found);
+    result.bound = std::sqrt(bounds / found);
+    result.yaw_bound = std::sqrt(yaw_bounds / found);
+    return result;
+}
+
+std::vector<std::pair<std::string, Senses>> all_senses() {
+    std::vector<std::pair<std::string, Senses>> all;
+    for (const bool odometry : {false, true}) {
+        const std::string with = odometry ? " + odometry" : "";
+        all.emplace_back("cameras" + with, Senses{true, false, false, false, odometry});
+        all.emplace_back("ceiling" + with, Senses{false, true, false, false, odometry});
+        all.emplace_back("corner" + with, Senses{false, false, true, false, odometry});
+        all.emplace_back("ranges" + with, Senses{false, false, false, true, odometry});
+        all.emplace_back("all" + with, Senses{true, true, true, true, odometry});
+    }
+    return all;
+}
+
+double blind_coverage(int runs, std::uint64_t seed, double scale_error, double drift_error) {
+    int inside = 0;
+    for (int i = 0; i < runs; ++i) {
+        Random random(mix64(seed * 7919 + static_cast<std::uint64_t>(i)));
+        DriveOptions options;
+        options.senses = {true, false, false, false, true};
+        options.seconds = 22;
+        options.blind_from = 12;
+        options.seed = random.bits();
+        options.scale_error = random.uniform() < 0.5 ? scale_error : -scale_error;
+        options.drift_error = random.uniform() < 0.5 ? drift_error : -drift_error;
+        const auto samples = simulated_drive(options);
+        const TrackerSample& last = samples.back();
+        if (!last.found) continue;
+        const Eigen::Vector2d error(last.fix.x - last.truth.x, last.fix.y - last.truth.y);
+        const Eigen::Matrix2d place = last.covariance.topLeftCorner<2, 2>();
+        inside += error.dot(place.inverse() * error) < 5.991;
+    }
+    return static_cast<double>(inside) / runs;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,68 @@
+// Many simulated drives through one hall: are the tracker's errors as large as it says, and as small as they can be?
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "roomfix/estimate/tracker_settings.hpp"
+#include "roomfix/geometry/pose.hpp"
+
+namespace roomfix {
+
+/// What locates the robot.
+struct Senses {
+    bool cameras = false;  // two fixed ones
+    bool ceiling = false;  // landmarks that all look alike
+    bool corners = false;  // four that all look alike
+    bool ranges = false;   // to six beacons, one in ten late
+    bool odometry = false;
+};
+
+struct DriveOptions {
+    Senses senses;
+    double seconds = 12;
+    double blind_from = 1e9;  // s: from then on nothing but odometry
+    std::uint64_t seed = 1;
+    double scale_error = 0;  // of the odometry, added to what its prior says
+    double drift_error = 0;  // rad/s, likewise
+};
+
+/// One moment of a drive.
+struct TrackerSample {
+    double time = 0;
+    bool found = false;
+    bool yaw_known = false;
+    Pose2 truth, fix;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d bound = Eigen::Matrix3d::Identity();  // posterior Cramer-Rao bound at the truth
+};
+
+/// A robot that accelerates at random, as the motion model says, and stays in the hall. Samples every 0.5 s after the third second.
+std::vector<TrackerSample> simulated_drive(const DriveOptions& options);
+
+struct ConsistencyResult {
+    std::string name;
+    int runs = 0;
+    int samples = 0;
+    int lost = 0;
+    int dimensions = 3;           // 2 where the yaw cannot be known
+    double nees = 0;              // mean over runs
+    double nees_low = 0, nees_high = 0;  // 95 % band of that mean for a truthful covariance
+    double rmse = 0;              // m
+    double yaw_rmse = 0;          // rad
+    double bound = 0;             // m
+    double yaw_bound = 0;         // rad
+};
+
+/// `runs` drives with one set of senses. NEES is that of the last sample of each drive, so that runs are independent.
+ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed, const std::function<void(double)>& progress = {});
+
+/// The ten sets of senses that the product promises to be truthful with.
+std::vector<std::pair<std::string, Senses>> all_senses();
+
+/// Part of `runs` drives whose true place lies inside the 95 % ellipse after ten seconds on odometry alone.
+double blind_coverage(int runs, std::uint64_t seed, double scale_error, double drift_error);
+
+}  // namespace roomfix
