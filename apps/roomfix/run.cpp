@@ -72,7 +72,11 @@ int run(const Arguments& arguments) {
     for (const SourceState& state : room.source_states()) {
         say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, state.message));
     }
-    for (const std::string& problem : room.range_problems()) say("ranges: " + problem);
+    for (const std::string& problem : room.line_problems()) say("not used: " + problem);
+    const TrackerCounts counts = room.tracker_counts();
+    if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
+    if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
+    if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
     say(fmt::format("{} fixes given", room.fixes_given()));
     return done;
 }

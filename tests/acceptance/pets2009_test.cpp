@@ -10,7 +10,7 @@
 
 #include "roomfix/base/number.hpp"
 #include "roomfix/connect/frame_source.hpp"
-#include "roomfix/estimate/smoother.hpp"
+#include "roomfix/estimate/tracker.hpp"
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/detections.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
@@ -41,26 +41,28 @@ std::map<int, std::vector<Eigen::Vector2d>> read_truth(const fs::path& file) {
     return truth;
 }
 
-DetectionCount count_people(bool learned_first, bool smoothed) {
+DetectionCount count_people(bool learned_first, bool tracked) {
     const fs::path folder = data_folder();
     const Site site = *load_site(folder / "site.yaml");
     const auto truth = read_truth(folder / "truth.csv");
     OverheadObserver observer(*fixed_view(site.cameras[0]), site.robots);
     const std::string video = (folder / "vtest.avi").string();
     if (learned_first) observer.set_background(std::move(*learn_background(site.cameras[0], {video})));
-    Smoother smoother(site.robots);
+    Tracker tracker(site);
     auto source = open_source(video);
     SourceFrame frame;
     OverheadResult result;
     DetectionCount count;
     for (int number = 1; number <= truth.rbegin()->first && *(*source)->next(frame); ++number) {
         observer.observe(frame.image, result);
-        smoother.add(frame.time, "view1", poses_of(result.observations));
+        tracker.see(frame.time, "view1", poses_of(result.observations));
         const auto people = truth.find(number);
         if (people == truth.end()) continue;
         std::vector<Eigen::Vector2d> found;
-        if (smoothed) {
-            for (const Fix& fix : smoother.fixes(frame.time)) found.emplace_back(fix.pose.x, fix.pose.y);
+        if (tracked) {
+            for (const Fix& fix : tracker.fixes(frame.time)) {
+                if (fix.status != FixStatus::none) found.emplace_back(fix.pose.x, fix.pose.y);
+            }
         } else {
             for (const auto& o : result.observations) found.emplace_back(o.pose.x, o.pose.y);
         }
@@ -81,9 +83,9 @@ TEST(Pets2009, PeopleAreFoundInRealFootage) {
     const DetectionCount frames = count_people(true, false);
     print("background learned first, single frames", frames);
     const DetectionCount learned = count_people(true, true);
-    print("background learned first, smoothed", learned);
+    print("background learned first, tracked", learned);
     const DetectionCount live = count_people(false, true);
-    print("live from the first frame, smoothed", live);
+    print("live from the first frame, tracked", live);
     print("live from the first frame, single frames", count_people(false, false));
     EXPECT_EQ(learned.listed, 72);
     EXPECT_GE(frames.found, 0.75 * frames.listed);

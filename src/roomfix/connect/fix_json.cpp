@@ -47,6 +47,7 @@ std::string fix_line(const Fix& fix) {
     line += ", \"sources\": [";
     for (std::size_t i = 0; i < fix.sources.size(); ++i) line += (i ? ", " : "") + quoted(fix.sources[i]);
     line += "]";
+    if (fix.identity < 0.9995) line += ", \"identity\": " + number_text(std::round(fix.identity * 1e3) / 1e3);
     if (!fix.image.empty()) line += ", \"image\": " + quoted(fix.image);
     if (fix.hypotheses.size() > 1) {
         line += ", \"hypotheses\": [";

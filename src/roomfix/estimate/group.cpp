@@ -33,16 +33,16 @@ int robot_of(const Event& event) {
     return std::visit(Visitor{}, event.what);
 }
 
-Track& track_of(Scene& scene, int robot, const Group& group) {
-    if (group.alone()) return scene.tracks.front();
-    for (Track& track : scene.tracks) {
+Track& track_of(Account& account, int robot, const Group& group) {
+    if (group.alone()) return account.tracks.front();
+    for (Track& track : account.tracks) {
         if (track.named && track.robot == robot) return track;
     }
     Track track;
     track.robot = robot;
     track.named = true;
-    scene.tracks.push_back(track);
-    return scene.tracks.back();
+    account.tracks.push_back(track);
+    return account.tracks.back();
 }
 
 double worst_sigma(const Eigen::Matrix2d& covariance) {
@@ -76,7 +76,8 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     const double sigma = worst_sigma(best.covariance.topLeftCorner<2, 2>());
     const bool hardly_known = unseen > settings.ok + 2 * to_seconds(track.seen - track.born);
     if (sigma > settings.lost || hardly_known) {
-        fix.reason = hardly_known ? "it was seen for a moment only" : fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma);
+        fix.reason = sigma > settings.lost ? fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma)
+                                           : "it was seen for a moment only";
         return fix;
     }
     fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
@@ -126,14 +127,14 @@ GroupState start_state(const Group& group) {
         Track track;
         track.robot = group.robots.front();
         track.named = true;
-        state.scenes[0].tracks.push_back(track);
+        state.accounts[0].tracks.push_back(track);
     }
     return state;
 }
 
 void step(GroupState& state, const Event& event, const Group& group, const TrackingModels& models) {
-    for (Scene& scene : state.scenes) {
-        for (Track& track : scene.tracks) {
+    for (Account& account : state.accounts) {
+        for (Track& track : account.tracks) {
             if (track.alive()) predict(track, event.time, models);
         }
     }
@@ -143,22 +144,22 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
         return;
     }
     double most = -1e300;
-    for (Scene& scene : state.scenes) {
-        scene.log_weight += take(track_of(scene, robot_of(event), group), event, models);
-        std::erase_if(scene.tracks, [&](const Track& t) { return !t.alive() && !group.alone(); });
-        most = std::max(most, scene.log_weight);
+    for (Account& account : state.accounts) {
+        account.log_weight += take(track_of(account, robot_of(event), group), event, models);
+        std::erase_if(account.tracks, [&](const Track& t) { return !t.alive() && !group.alone(); });
+        most = std::max(most, account.log_weight);
     }
-    if (state.scenes.size() == 1) {
-        state.scenes[0].log_weight = 0;
+    if (state.accounts.size() == 1) {
+        state.accounts[0].log_weight = 0;
         return;
     }
-    std::stable_sort(state.scenes.begin(), state.scenes.end(), [](const Scene& a, const Scene& b) { return a.log_weight > b.log_weight; });
-    for (Scene& scene : state.scenes) scene.log_weight -= most;
+    std::stable_sort(state.accounts.begin(), state.accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
+    for (Account& account : state.accounts) account.log_weight -= most;
 }
 
 std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<Fix> fixes;
-    for (const Track& track : state.scenes.front().tracks) {
+    for (const Track& track : state.accounts.front().tracks) {
         if (!track.alive() || (!track.named && track.number == 0)) continue;
         fixes.push_back(fix_of(track, time, models));
         if (!group.alone() && !group.many) fixes.back().identity = identity_probability(state, track);
@@ -169,10 +170,10 @@ std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group
 double identity_probability(const GroupState& state, const Track& track) {
     double agreeing = 0;
     double all = 0;
-    for (const Scene& scene : state.scenes) {
-        const double weight = std::exp(scene.log_weight);
+    for (const Account& account : state.accounts) {
+        const double weight = std::exp(account.log_weight);
         all += weight;
-        for (const Track& other : scene.tracks) {
+        for (const Track& other : account.tracks) {
             if (other.named && other.alive() && other.robot == track.robot && pose_distance(track.belief.best(), other.belief.best()) < 25) agreeing += weight;
         }
     }

@@ -20,14 +20,14 @@ struct Group {
 std::vector<Group> groups_of(const std::vector<SiteRobot>& robots);
 
 /// One account of who is who.
-struct Scene {
+struct Account {
     double log_weight = 0;
     std::vector<Track> tracks;
 };
 
 /// All that is believed of a group, the likeliest account first.
 struct GroupState {
-    std::vector<Scene> scenes = {Scene{}};
+    std::vector<Account> accounts = {Account{}};
     int numbers_given = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_scenes = 6;
+constexpr std::size_t most_accounts = 6;
 constexpr double close_call = 6;  // difference of cost (twice the nats) up to which two robots may have been mixed up
 
 const Shape& shape_of(const Track& track, const TrackingModels& models) { return models.site.robots[static_cast<std::size_t>(track.robot)].shape; }
@@ -25,7 +25,7 @@ double distance(const Track& track, const PoseObservation& observation, const Tr
 }
 
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
-std::vector<PossiblePair> possible_pairs(const Scene& scene, const GroupSighting& frame, const TrackingModels& models) {
+std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSighting& frame, const TrackingModels& models) {
     std::vector<PossiblePair> pairs;
     std::vector<int> order(frame.robots.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
@@ -33,8 +33,8 @@ std::vector<PossiblePair> possible_pairs(const Scene& scene, const GroupSighting
     std::sort(order.begin(), order.end(), [&](int a, int b) { return x_of(a) < x_of(b); });
     double widest = 0;  // variance
     for (const PoseObservation& o : frame.robots) widest = std::max(widest, o.covariance(0, 0));
-    for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
-        const Track& track = scene.tracks[t];
+    for (std::size_t t = 0; t < account.tracks.size(); ++t) {
+        const Track& track = account.tracks[t];
         if (!track.alive()) continue;
         const Belief& belief = track.belief.best();
         const double size = half_size(shape_of(track, models)).x();
@@ -55,22 +55,22 @@ double cost_of(const std::vector<PossiblePair>& pairs, int row, int column, doub
     return otherwise;
 }
 
-void start_track(Scene& scene, const PoseObservation& observation, const Event& event, const Group& group, const TrackingModels& models) {
+void start_track(Account& account, const PoseObservation& observation, const Event& event, const Group& group, const TrackingModels& models) {
     Track track;
     track.robot = group.robots.front();
     start(track, places_of(observation), event.time, models);
     health_of(track, event.source).seen = event.time;
-    scene.tracks.push_back(track);
+    account.tracks.push_back(track);
 }
 
 /// Takes the sightings as assigned; returns the log evidence of the named robots.
-double take_assigned(Scene& scene, const std::vector<int>& column_of, const GroupSighting& frame, const Event& event, const Group& group,
+double take_assigned(Account& account, const std::vector<int>& column_of, const GroupSighting& frame, const Event& event, const Group& group,
                      const TrackingModels& models) {
     double evidence = 0;
     std::vector<char> used(frame.robots.size(), 0);
-    const std::size_t old_tracks = scene.tracks.size();
+    const std::size_t old_tracks = account.tracks.size();
     for (std::size_t t = 0; t < old_tracks; ++t) {
-        Track& track = scene.tracks[t];
+        Track& track = account.tracks[t];
         const bool watched = std::any_of(track.sources.begin(), track.sources.end(), [&](const SourceHealth& s) { return s.source == event.source; });
         if (watched) track.presence += 0.15 * ((column_of[t] >= 0 ? 1 : 0) - track.presence);
         if (column_of[t] < 0) continue;
@@ -79,15 +79,15 @@ double take_assigned(Scene& scene, const std::vector<int>& column_of, const Grou
         if (track.named) evidence += one;
     }
     for (std::size_t o = 0; o < frame.robots.size(); ++o) {
-        if (!used[o]) start_track(scene, frame.robots[o], event, group, models);
+        if (!used[o]) start_track(account, frame.robots[o], event, group, models);
     }
     return evidence;
 }
 
 /// Tracks that nothing has confirmed for long; robots with a name of their own are kept while they can be predicted.
-void drop_lost(Scene& scene, Nanoseconds time, const TrackingModels& models) {
+void drop_lost(Account& account, Nanoseconds time, const TrackingModels& models) {
     const TrackerSettings& settings = models.settings;
-    std::erase_if(scene.tracks, [&](const Track& t) {
+    std::erase_if(account.tracks, [&](const Track& t) {
         const double unseen = to_seconds(time - t.seen);
         if (t.named) return unseen > settings.forget && std::sqrt(t.belief.best().covariance(0, 0) + t.belief.best().covariance(1, 1)) > 2 * settings.lost;
         return unseen > (t.number == 0 ? 2 * settings.ok : settings.forget);
@@ -95,26 +95,26 @@ void drop_lost(Scene& scene, Nanoseconds time, const TrackingModels& models) {
 }
 
 /// Of two tracks of like robots that stand inside each other, the one that is seen less is the other's shadow.
-void drop_doubles(Scene& scene, const TrackingModels& models) {
-    std::vector<char> shadow(scene.tracks.size(), 0);
-    for (std::size_t a = 0; a < scene.tracks.size(); ++a) {
-        if (scene.tracks[a].presence >= 0.6) continue;
-        const double reach = 2.4 * half_size(shape_of(scene.tracks[a], models)).x();
-        for (const Track& other : scene.tracks) {
-            const double apart = (other.belief.best().mean.head<2>() - scene.tracks[a].belief.best().mean.head<2>()).norm();
-            shadow[a] = static_cast<char>(shadow[a] || (other.presence > scene.tracks[a].presence && apart < reach));
+void drop_doubles(Account& account, const TrackingModels& models) {
+    std::vector<char> shadow(account.tracks.size(), 0);
+    for (std::size_t a = 0; a < account.tracks.size(); ++a) {
+        if (account.tracks[a].presence >= 0.6) continue;
+        const double reach = 2.4 * half_size(shape_of(account.tracks[a], models)).x();
+        for (const Track& other : account.tracks) {
+            const double apart = (other.belief.best().mean.head<2>() - account.tracks[a].belief.best().mean.head<2>()).norm();
+            shadow[a] = static_cast<char>(shadow[a] || (other.presence > account.tracks[a].presence && apart < reach));
         }
     }
     std::size_t i = 0;
-    std::erase_if(scene.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
+    std::erase_if(account.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
 }
 
-/// Robots of the group that the scene does not follow at present, with the nats that it costs to find them elsewhere.
-std::vector<std::pair<int, double>> free_robots(const Scene& scene, Nanoseconds time, const Group& group, const TrackingModels& models) {
+/// Robots of the group that the account does not follow at present, with the nats that it costs to find them elsewhere.
+std::vector<std::pair<int, double>> free_robots(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<std::pair<int, double>> free;
     for (const int robot : group.robots) {
-        const auto known = std::find_if(scene.tracks.begin(), scene.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
-        if (known == scene.tracks.end()) {
+        const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
+        if (known == account.tracks.end()) {
             free.emplace_back(robot, 0);
         } else if (to_seconds(time - known->seen) > models.settings.ok) {
             const double sigma = std::sqrt(known->belief.best().covariance(0, 0) + known->belief.best().covariance(1, 1));
@@ -126,34 +126,34 @@ std::vector<std::pair<int, double>> free_robots(const Scene& scene, Nanoseconds 
 
 /// New tracks that were seen often enough get the names of robots that are not followed: one account for each way to do it.
 void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    for (std::size_t s = 0; s < state.scenes.size(); ++s) {
+    for (std::size_t s = 0; s < state.accounts.size(); ++s) {
         const auto fresh = [&](const Track& t) { return !t.named && t.sightings >= models.settings.confirmations; };
         for (;;) {
-            Scene& scene = state.scenes[s];
-            const auto unnamed = std::find_if(scene.tracks.begin(), scene.tracks.end(), fresh);
-            if (unnamed == scene.tracks.end()) break;
-            const auto free = free_robots(scene, time, group, models);
+            Account& account = state.accounts[s];
+            const auto unnamed = std::find_if(account.tracks.begin(), account.tracks.end(), fresh);
+            if (unnamed == account.tracks.end()) break;
+            const auto free = free_robots(account, time, group, models);
             if (free.empty()) break;
-            const auto index = unnamed - scene.tracks.begin();
-            const Scene before = scene;
-            for (std::size_t f = 0; f < free.size() && (f == 0 || state.scenes.size() < most_scenes); ++f) {
-                Scene named = before;
+            const auto index = unnamed - account.tracks.begin();
+            const Account before = account;
+            for (std::size_t f = 0; f < free.size() && (f == 0 || state.accounts.size() < most_accounts); ++f) {
+                Account named = before;
                 named.tracks[static_cast<std::size_t>(index)].named = true;
                 named.tracks[static_cast<std::size_t>(index)].robot = free[f].first;
                 named.log_weight -= free[f].second + std::log(static_cast<double>(free.size()));
                 std::size_t i = 0;
                 std::erase_if(named.tracks, [&](const Track& t) { return static_cast<std::ptrdiff_t>(i++) != index && t.named && t.robot == free[f].first; });
                 if (f == 0) {
-                    state.scenes[s] = named;
+                    state.accounts[s] = named;
                 } else {
-                    state.scenes.push_back(named);
+                    state.accounts.push_back(named);
                 }
             }
         }
     }
 }
 
-bool same_account(const Scene& a, const Scene& b) {
+bool same_account(const Account& a, const Account& b) {
     for (const Track& track : a.tracks) {
         if (!track.named) continue;
         const auto other = std::find_if(b.tracks.begin(), b.tracks.end(), [&](const Track& t) { return t.named && t.robot == track.robot; });
@@ -163,35 +163,35 @@ bool same_account(const Scene& a, const Scene& b) {
 }
 
 /// The likeliest first, like ones joined, weights add up to 1.
-void settle_scenes(GroupState& state) {
-    auto& scenes = state.scenes;
-    if (scenes.size() > 1) {
-        std::stable_sort(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) { return a.log_weight > b.log_weight; });
-        const double most = scenes[0].log_weight;
-        std::vector<Scene> kept;
-        for (Scene& scene : scenes) {
-            scene.log_weight -= most;
-            if (scene.log_weight < least_log_weight) continue;
-            const auto same = std::find_if(kept.begin(), kept.end(), [&](const Scene& k) { return same_account(k, scene); });
+void settle_accounts(GroupState& state) {
+    auto& accounts = state.accounts;
+    if (accounts.size() > 1) {
+        std::stable_sort(accounts.begin(), accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
+        const double most = accounts[0].log_weight;
+        std::vector<Account> kept;
+        for (Account& account : accounts) {
+            account.log_weight -= most;
+            if (account.log_weight < least_log_weight) continue;
+            const auto same = std::find_if(kept.begin(), kept.end(), [&](const Account& k) { return same_account(k, account); });
             if (same != kept.end()) {
-                same->log_weight = std::log(std::exp(same->log_weight) + std::exp(scene.log_weight));
-            } else if (kept.size() < most_scenes) {
-                kept.push_back(std::move(scene));
+                same->log_weight = std::log(std::exp(same->log_weight) + std::exp(account.log_weight));
+            } else if (kept.size() < most_accounts) {
+                kept.push_back(std::move(account));
             }
         }
-        scenes = std::move(kept);
+        accounts = std::move(kept);
     }
     double sum = 0;
-    for (const Scene& scene : scenes) sum += std::exp(scene.log_weight);
-    for (Scene& scene : scenes) scene.log_weight -= std::log(sum);
+    for (const Account& account : accounts) sum += std::exp(account.log_weight);
+    for (Account& account : accounts) account.log_weight -= std::log(sum);
 }
 
 /// Two named robots so close to each other that either sighting may be either robot's: the assignment with the two exchanged.
-std::vector<std::vector<int>> close_exchanges(const Scene& scene, const std::vector<int>& column_of, const std::vector<PossiblePair>& pairs, double alone) {
+std::vector<std::vector<int>> close_exchanges(const Account& account, const std::vector<int>& column_of, const std::vector<PossiblePair>& pairs, double alone) {
     std::vector<std::vector<int>> exchanges;
-    for (std::size_t a = 0; a < scene.tracks.size(); ++a) {
-        for (std::size_t b = a + 1; b < scene.tracks.size(); ++b) {
-            if (!scene.tracks[a].named || !scene.tracks[b].named || (column_of[a] < 0 && column_of[b] < 0)) continue;
+    for (std::size_t a = 0; a < account.tracks.size(); ++a) {
+        for (std::size_t b = a + 1; b < account.tracks.size(); ++b) {
+            if (!account.tracks[a].named || !account.tracks[b].named || (column_of[a] < 0 && column_of[b] < 0)) continue;
             const auto cost = [&](std::size_t row, int column) {
                 return column < 0 ? alone : cost_of(pairs, static_cast<int>(row), column, 1e9);
             };
@@ -207,34 +207,34 @@ std::vector<std::vector<int>> close_exchanges(const Scene& scene, const std::vec
 }  // namespace
 
 void take_frame(GroupState& state, const GroupSighting& frame, const Event& event, const Group& group, const TrackingModels& models) {
-    const std::size_t old_scenes = state.scenes.size();
-    std::vector<Scene> exchanged;
-    for (std::size_t s = 0; s < old_scenes; ++s) {
-        Scene& scene = state.scenes[s];
-        drop_lost(scene, event.time, models);
-        const auto pairs = possible_pairs(scene, frame, models);
+    const std::size_t old_accounts = state.accounts.size();
+    std::vector<Account> exchanged;
+    for (std::size_t s = 0; s < old_accounts; ++s) {
+        Account& account = state.accounts[s];
+        drop_lost(account, event.time, models);
+        const auto pairs = possible_pairs(account, frame, models);
         const double alone = models.settings.like_gate;
-        const std::vector<int> column_of = assign(static_cast<int>(scene.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
+        const std::vector<int> column_of = assign(static_cast<int>(account.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
         if (!group.many) {
-            for (const auto& other : close_exchanges(scene, column_of, pairs, alone)) {
-                Scene alternative = scene;
+            for (const auto& other : close_exchanges(account, column_of, pairs, alone)) {
+                Account alternative = account;
                 alternative.log_weight += take_assigned(alternative, other, frame, event, group, models);
                 exchanged.push_back(std::move(alternative));
             }
         }
-        scene.log_weight += take_assigned(scene, column_of, frame, event, group, models);
+        account.log_weight += take_assigned(account, column_of, frame, event, group, models);
     }
-    for (Scene& scene : exchanged) state.scenes.push_back(std::move(scene));
+    for (Account& account : exchanged) state.accounts.push_back(std::move(account));
     if (group.many) {
-        drop_doubles(state.scenes[0], models);
-        for (Track& track : state.scenes[0].tracks) {
+        drop_doubles(state.accounts[0], models);
+        for (Track& track : state.accounts[0].tracks) {
             if (track.number == 0 && track.sightings >= models.settings.confirmations) track.number = ++state.numbers_given;
         }
     } else {
-        settle_scenes(state);
+        settle_accounts(state);
         give_names(state, event.time, group, models);
     }
-    settle_scenes(state);
+    settle_accounts(state);
 }
 
 }  // namespace roomfix

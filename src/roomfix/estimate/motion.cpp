@@ -24,6 +24,9 @@ void propagate(Belief& belief, const Transition& f, const Eigen::Matrix<double, 
     auto& p = belief.covariance;
     const Eigen::Matrix<double, moving, core_states> core = f * p.topLeftCorner<core_states, core_states>();
     p.topLeftCorner<moving, moving>() = core * f.transpose() + noise;
+    for (int j = 0; j < moving; ++j) {
+        for (int i = 0; i < j; ++i) p(j, i) = p(i, j);
+    }
     p.block<moving, core_states - moving>(0, moving) = core.rightCols<core_states - moving>();
     p.block<core_states - moving, moving>(moving, 0) = core.rightCols<core_states - moving>().transpose();
     for (int slow = core_states; slow < belief.size; ++slow) {

@@ -170,7 +170,7 @@ void Tracker::propose(Nanoseconds time, const std::string& source, const PlaceSi
 
 const Track* Tracker::track(int robot) const {
     if (!knows_robot(robot)) return nullptr;
-    for (const Track& track : buffers_[group_of(robot)].newest().scenes.front().tracks) {
+    for (const Track& track : buffers_[group_of(robot)].newest().accounts.front().tracks) {
         if (track.named && track.robot == robot && track.alive()) return &track;
     }
     return nullptr;
@@ -201,7 +201,7 @@ std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
 std::vector<Quarantine> Tracker::quarantines() const {
     std::vector<Quarantine> all;
     for (const Buffer& buffer : buffers_) {
-        for (const Track& track : buffer.newest().scenes.front().tracks) {
+        for (const Track& track : buffer.newest().accounts.front().tracks) {
             for (const SourceHealth& source : track.sources) {
                 if (source.quarantined) all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance});
             }

@@ -115,9 +115,11 @@ LatePosterior update_scalar(Belief& belief, double predicted, const FixedList<in
     const double shift = (posterior.value.mean - predicted) / variance;
     const double shrink = (posterior.value.variance - variance) / (variance * variance);
     belief.mean.head(size) += shift * cross.head(size);
+    auto& p = belief.covariance;
     for (int j = 0; j < size; ++j) {
         const double part = shrink * cross[j];
-        belief.covariance.col(j).head(size) += part * cross.head(size);
+        for (int i = 0; i <= j; ++i) p(i, j) += part * cross[i];
+        for (int i = 0; i < j; ++i) p(j, i) = p(i, j);
     }
     return posterior;
 }

@@ -23,6 +23,12 @@ std::vector<Eigen::Vector2d> places_from(const Site& site, const Receiver& recei
 
 }  // namespace
 
+std::vector<PlaceProposal> proposals_of(const std::vector<RobotPlace>& places) {
+    std::vector<PlaceProposal> proposals;
+    for (const RobotPlace& p : places) proposals.push_back({p.pose, p.covariance, p.yaw_known, p.weight});
+    return proposals;
+}
+
 Result<std::unique_ptr<OnboardLocator>> OnboardLocator::for_camera(const Site& site, const SiteCamera& camera) {
     const auto* mount = std::get_if<Mount>(&camera.placement);
     const auto robot = mount ? site.robot(mount->robot) : std::nullopt;

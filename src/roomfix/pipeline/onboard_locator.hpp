@@ -10,6 +10,7 @@
 #include "roomfix/base/result.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
+#include "roomfix/estimate/event.hpp"
 #include "roomfix/imaging/tag_detector.hpp"
 #include "roomfix/observation/fix.hpp"
 #include "roomfix/observation/pose_observation.hpp"
@@ -21,6 +22,9 @@ struct OnboardResult {
     CeilingResult seen;
     LocatedRobot located;
 };
+
+/// Places as the tracker takes them: where it may start.
+std::vector<PlaceProposal> proposals_of(const std::vector<RobotPlace>& places);
 
 class OnboardLocator {
 public:

@@ -134,9 +134,9 @@ nlohmann::json SiteRunner::corner_json(const Post& post) const {
 /// The circles on the floor plan that a robot's ranges draw around the beacons.
 nlohmann::json SiteRunner::ranges_json(Nanoseconds time) const {
     json circles = json::array();
-    for (const Ear& ear : ears_) {
-        const SiteRobot& robot = site_.robots[static_cast<std::size_t>(ear.robot)];
-        for (const RangeObservation& range : ranges_near(ear.robot, time)) {
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        const SiteRobot& robot = site_.robots[r];
+        for (const RangeObservation& range : ears_.near(static_cast<int>(r), time)) {
             const SiteBeacon& beacon = site_.beacons[static_cast<std::size_t>(range.beacon)];
             const double rise = beacon.position.z() - robot.receiver->position.z();
             const double radius = std::sqrt(std::max(range.range * range.range - rise * rise, 0.0));
@@ -167,6 +167,7 @@ nlohmann::json SiteRunner::onboard_json(const Post& post) const {
 std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
     json state = {{"time", to_seconds(time)}, {"robots", json::array()}, {"cameras", json::array()}};
     for (const Fix& fix : fixes) {
+        if (fix.status == FixStatus::none) continue;
         json robot = {{"id", fix.robot},
                       {"status", fix.status == FixStatus::ok ? "ok" : "coasting"},
                       {"x", rounded(fix.pose.x, 1e-4)},
@@ -174,6 +175,7 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
                       {"sources", fix.sources}};
         robot["yaw"] = fix.yaw_known ? json(rounded(fix.pose.yaw, 1e-4)) : json();
         robot["cov"] = {fix.covariance(0, 0), fix.covariance(0, 1), fix.covariance(1, 1), fix.covariance(2, 2)};
+        if (fix.identity < 0.999) robot["identity"] = rounded(fix.identity, 1e-3);
         state["robots"].push_back(robot);
     }
     for (const auto& post : posts_) {

@@ -19,20 +19,19 @@ namespace roomfix {
 namespace {
 
 constexpr double publish_interval = 0.06;  // s: a screen needs no more
-constexpr double range_age = 0.3;          // s: ranges that old still go with a frame
 const std::string range_source_name = "ranges";
+const std::string range_places_name = "places by ranges";
 
 double wall_clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
-SiteRunner::SiteRunner(const Site& site) : site_(site), smoother_(site.robots) {}
+SiteRunner::SiteRunner(const Site& site) : site_(site), tracker_(site) {}
 
 Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
     std::unique_ptr<SiteRunner> runner(new SiteRunner(site));
     if (site.robots.empty()) return Error{"the site has no robot: add one under 'robots' with its shape and size"};
     const bool robots_wear_tags = std::any_of(site.robots.begin(), site.robots.end(), [](const SiteRobot& r) { return r.tag.has_value(); });
-    std::vector<int> with_camera;
     for (const SiteCamera& camera : site.cameras) {
         auto post = std::make_unique<Post>();
         post->camera = camera;
@@ -42,12 +41,10 @@ Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
         if (looks_for_corners(site, camera)) {
             auto corners = CornerCamera::for_camera(site, camera);
             if (!corners) return corners.error();
-            with_camera.push_back((*corners)->robot());
             post->corners = std::move(*corners);
         } else if (std::holds_alternative<Mount>(camera.placement)) {
             auto locator = OnboardLocator::for_camera(site, camera);
             if (!locator) return locator.error();
-            with_camera.push_back((*locator)->robot());
             post->locator = std::move(*locator);
         } else {
             const auto view = fixed_view(camera);
@@ -57,17 +54,9 @@ Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
         }
         runner->posts_.push_back(std::move(post));
     }
-    for (std::size_t r = 0; r < site.robots.size(); ++r) {
-        if (!site.robots[r].receiver) continue;
-        Ear ear;
-        ear.robot = static_cast<int>(r);
-        if (std::find(with_camera.begin(), with_camera.end(), ear.robot) == with_camera.end()) {
-            auto locator = OnboardLocator::for_ranges(site, ear.robot);
-            if (!locator) return locator.error();
-            ear.alone = std::move(*locator);
-        }
-        runner->ears_.push_back(std::move(ear));
-    }
+    auto ears = RangeEars::create(site);
+    if (!ears) return ears.error();
+    runner->ears_ = std::move(*ears);
     if (runner->posts_.empty() && runner->ears_.empty()) {
         return Error{"the site has nothing that finds robots: give a camera 'pose', 'floor_points' or 'mount', or a robot a 'receiver'"};
     }
@@ -122,14 +111,15 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         return Error{message};
     }
     const double before = wall_clock();
-    const auto poses = post.observer ? watch(post, frame, time) : post.corners ? look_for_corner(post, frame, time) : look_up(post, frame, time);
+    if (post.observer) watch(post, frame, time);
+    if (post.corners) look_for_corner(post, frame, time);
+    if (post.locator) look_up(post, frame, time);
     const double after = wall_clock();
 
     const std::lock_guard lock(mutex_);
     SourceState& state = post.state;
     ++state.frames;
     state.status = "ok";
-    state.message = reason_of(post);
     state.busy = state.frames == 1 ? after - before : 0.9 * state.busy + 0.1 * (after - before);
     if (post.last_wall > 0) {
         const double rate = 1 / std::max(after - post.last_wall, 1e-4);
@@ -142,7 +132,9 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         post.shown_onboard = post.onboard;
         post.shown_corner = post.corner;
     }
-    smoother_.add(time, post.camera.id, poses);
+    tell_tracker(post, time);
+    const auto quarantine = quarantine_of(post);
+    state.message = quarantine ? *quarantine : reason_of(post);
     pass_on(time, post.camera.id);
     return {};
 }
@@ -154,7 +146,7 @@ std::vector<char> SiteRunner::robots_elsewhere(const Post& post, Nanoseconds tim
     const std::lock_guard lock(mutex_);
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {
         if (site_.robots[r].many) continue;
-        const auto expected = smoother_.expected(static_cast<int>(r), time);
+        const auto expected = tracker_.expected(static_cast<int>(r), time);
         if (!expected || expected->covariance.topLeftCorner<2, 2>().trace() > sure) continue;
         elsewhere[r] = wall_between(site_.walls, post.observer->view().position().head<2>(), {expected->pose.x, expected->pose.y});
     }
@@ -162,48 +154,71 @@ std::vector<char> SiteRunner::robots_elsewhere(const Post& post, Nanoseconds tim
 }
 
 /// What a fixed camera sees: outlines, and the tags of robots that wear one. A tag says more than an outline.
-std::vector<PoseObservation> SiteRunner::watch(Post& post, LumaView frame, Nanoseconds time) {
+void SiteRunner::watch(Post& post, LumaView frame, Nanoseconds time) {
     post.observer->set_elsewhere(robots_elsewhere(post, time));
     post.observer->observe(frame, post.result);
-    std::vector<PoseObservation> poses = poses_of(post.result.observations);
-    if (!post.tags) return poses;
+    post.poses = poses_of(post.result.observations);
+    if (!post.tags) return;
     for (const TaggedRobot& tagged : find_tagged_robots(post.observer->view(), site_.robots, *post.tags, frame)) {
-        std::erase_if(poses, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
-        poses.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, 1});
+        std::erase_if(post.poses, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
+        post.poses.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, 1, tagged.fit.by_camera, true});
     }
-    return poses;
 }
 
-/// What a camera on a robot sees, with the ranges of that moment.
-std::vector<PoseObservation> SiteRunner::look_up(Post& post, LumaView frame, Nanoseconds time) {
+/// What a camera on a robot sees, with the ranges of that moment to tell like landmarks apart.
+void SiteRunner::look_up(Post& post, LumaView frame, Nanoseconds time) {
     const int robot = post.locator->robot();
     std::vector<RangeObservation> ranges;
     std::optional<PoseObservation> expected;
     {
         const std::lock_guard lock(mutex_);
-        ranges = ranges_near(robot, time);
-        expected = smoother_.expected(robot, time);
+        ranges = ears_.near(robot, time);
+        expected = tracker_.expected(robot, time);
     }
     post.locator->locate(&frame, ranges, expected, -1, post.onboard);
-    return confident_pose(post.onboard, robot);
 }
 
 /// What a camera sees that looks for corners.
-std::vector<PoseObservation> SiteRunner::look_for_corner(Post& post, LumaView frame, Nanoseconds time) {
+void SiteRunner::look_for_corner(Post& post, LumaView frame, Nanoseconds time) {
     const int robot = post.corners->robot();
     CameraHints hints;
     std::vector<RangeObservation> ranges;
     {
         const std::lock_guard lock(mutex_);
-        ranges = ranges_near(robot, time);
-        const auto expected = smoother_.expected(robot, time);
+        ranges = ears_.near(robot, time);
+        const auto expected = tracker_.expected(robot, time);
         if (expected && expected->yaw_known) hints.prediction = CameraHints::Prediction{expected->pose, expected->covariance};
     }
     hints.ranges = ranges;
     post.corners->look(frame, hints, post.corner);
+}
+
+/// The last frame's observations. The mutex is held.
+void SiteRunner::tell_tracker(const Post& post, Nanoseconds time) {
+    if (post.observer) tracker_.see(time, post.camera.id, post.poses);
+    if (post.locator && !post.onboard.located.places.empty()) {
+        tracker_.see(time, post.camera.id, LandmarkSighting{post.locator->robot(), post.onboard.seen.landmarks, proposals_of(post.onboard.located.places)});
+    }
+    if (!post.corners || post.corner.located.places.empty()) return;
     const auto& places = post.corner.located.places;
-    if (places.empty() || places[0].weight < likely) return {};
-    return {{robot, places[0].pose, places[0].yaw_known, places[0].covariance, 1}};
+    if (std::holds_alternative<Mount>(post.camera.placement)) {
+        CornerSighting sighting{post.corners->robot(), post.corner.seen.corners, {}};
+        for (const CameraPlace& p : places) sighting.proposals.push_back({p.pose, p.covariance, p.yaw_known, p.weight});
+        tracker_.see(time, post.camera.id, sighting);
+    } else if (places[0].weight >= likely) {
+        // A camera of which only the height is known stands where the robot stands.
+        const PoseObservation pose{post.corners->robot(), places[0].pose, places[0].yaw_known, places[0].covariance};
+        tracker_.see(time, post.camera.id, {&pose, 1});
+    }
+}
+
+/// Why the camera is not believed at present, if it is not. The mutex is held.
+std::optional<std::string> SiteRunner::quarantine_of(const Post& post) const {
+    for (const Quarantine& q : tracker_.quarantines()) {
+        if (q.source != post.camera.id) continue;
+        return fmt::format("not used: it sees {} {:.2f} m from where everything else puts it; was the camera moved?", q.robot, q.distance);
+    }
+    return std::nullopt;
 }
 
 const std::string& SiteRunner::reason_of(const Post& post) const {
@@ -211,75 +226,98 @@ const std::string& SiteRunner::reason_of(const Post& post) const {
     return post.corners ? post.corner.located.reason : post.onboard.located.reason;
 }
 
-/// The best place, unless another one is nearly as likely: then it is better to wait.
-std::vector<PoseObservation> SiteRunner::confident_pose(const OnboardResult& result, int robot) const {
-    if (result.located.places.empty() || result.located.places[0].weight < likely) return {};
-    const RobotPlace& best = result.located.places[0];
-    return {{robot, best.pose, best.yaw_known, best.covariance, 1}};
-}
-
-/// The robot's newest range to each beacon, if it is not too old. The mutex is held.
-std::vector<RangeObservation> SiteRunner::ranges_near(int robot, Nanoseconds time) const {
-    std::vector<RangeObservation> near;
-    for (const Ear& ear : ears_) {
-        if (ear.robot != robot) continue;
-        for (const RangeObservation& range : ear.heard) {
-            if (std::abs(to_seconds(time - range.time)) < range_age) near.push_back(range);
-        }
+void SiteRunner::add_problems(const std::vector<std::string>& problems) {
+    for (const std::string& problem : problems) {
+        if (line_problems_.size() < 20) line_problems_.push_back(problem);
     }
-    return near;
 }
 
 void SiteRunner::hear(const RangeBatch& batch) {
     const std::lock_guard lock(mutex_);
-    for (const std::string& problem : batch.problems) {
-        if (range_problems_.size() < 20) range_problems_.push_back(problem);
-    }
+    add_problems(batch.problems);
+    for (const RangeDifferenceObservation& difference : batch.differences) tracker_.hear(difference);
     for (const RangeObservation& range : batch.ranges) {
-        for (Ear& ear : ears_) {
-            if (ear.robot != range.robot) continue;
-            std::erase_if(ear.heard, [&](const RangeObservation& old) { return old.beacon == range.beacon; });
-            ear.heard.push_back(range);
-            if (!ear.alone) continue;
-            OnboardResult result;
-            ear.alone->locate(nullptr, ranges_near(ear.robot, range.time), smoother_.expected(ear.robot, range.time), -1, result);
-            smoother_.add(range.time, range_source_name, confident_pose(result, ear.robot));
-            pass_on(range.time, range_source_name);
-        }
+        if (!ears_.hears(range.robot)) continue;
+        ears_.keep(range);
+        // A robot that is lost is found by its ranges alone; one that is tracked only takes them in.
+        if (const auto places = ears_.places(range.robot, range.time)) tracker_.propose(range.time, range_places_name, *places);
+        tracker_.hear(range);
+        pass_on(range.time, range_source_name);
     }
 }
 
-std::vector<std::string> SiteRunner::range_problems() const {
+void SiteRunner::drive(const OdometryBatch& batch) {
     const std::lock_guard lock(mutex_);
-    return range_problems_;
+    add_problems(batch.problems);
+    for (const OdometryObservation& pose : batch.poses) tracker_.drive(pose);
 }
 
-Result<void> SiteRunner::load_recorded_ranges() {
-    recorded_.clear();
-    recorded_next_ = 0;
-    for (const Ear& ear : ears_) {
-        const std::string& written = site_.robots[static_cast<std::size_t>(ear.robot)].receiver->source;
-        if (written.empty() || is_live_range_source(written)) continue;
-        const auto batch = load_ranges(resolved_path(site_, written), site_, ear.robot);
-        if (!batch) return batch.error();
-        // One file may hold the ranges of several robots: each ear takes its own.
-        for (const RangeObservation& range : batch->ranges) {
-            if (range.robot == ear.robot) recorded_.ranges.push_back(range);
+std::vector<std::string> SiteRunner::line_problems() const {
+    const std::lock_guard lock(mutex_);
+    return line_problems_;
+}
+
+TrackerCounts SiteRunner::tracker_counts() const {
+    const std::lock_guard lock(mutex_);
+    return tracker_.counts();
+}
+
+/// Recorded ranges and odometry of all robots. One file may hold those of several: it is read once.
+Result<void> SiteRunner::load_recorded() {
+    recorded_ranges_.clear();
+    recorded_odometry_ = {};
+    next_range_ = next_odometry_ = 0;
+    std::vector<std::string> read;
+    const auto is_new = [&](const std::string& file) {
+        if (file.empty() || std::find(read.begin(), read.end(), file) != read.end()) return false;
+        read.push_back(file);
+        return true;
+    };
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        const SiteRobot& robot = site_.robots[r];
+        if (robot.receiver && !is_live_range_source(robot.receiver->source) && is_new(robot.receiver->source)) {
+            const auto batch = load_ranges(resolved_path(site_, robot.receiver->source), site_, static_cast<int>(r));
+            if (!batch) return batch.error();
+            recorded_ranges_.ranges.insert(recorded_ranges_.ranges.end(), batch->ranges.begin(), batch->ranges.end());
+            recorded_ranges_.differences.insert(recorded_ranges_.differences.end(), batch->differences.begin(), batch->differences.end());
+            add_problems(batch->problems);
         }
-        recorded_.problems.insert(recorded_.problems.end(), batch->problems.begin(), batch->problems.end());
+        if (robot.odometry && is_new(robot.odometry->source)) {
+            const auto batch = load_odometry(resolved_path(site_, robot.odometry->source), site_, static_cast<int>(r));
+            if (!batch) return batch.error();
+            recorded_odometry_.poses.insert(recorded_odometry_.poses.end(), batch->poses.begin(), batch->poses.end());
+            add_problems(batch->problems);
+        }
     }
-    std::stable_sort(recorded_.ranges.begin(), recorded_.ranges.end(), [](const RangeObservation& a, const RangeObservation& b) { return a.time < b.time; });
-    RangeBatch problems;
-    problems.problems = recorded_.problems;
-    hear(problems);
+    const auto earlier = [](const auto& a, const auto& b) { return a.time < b.time; };
+    std::stable_sort(recorded_ranges_.ranges.begin(), recorded_ranges_.ranges.end(), earlier);
+    std::stable_sort(recorded_ranges_.differences.begin(), recorded_ranges_.differences.end(), earlier);
+    std::stable_sort(recorded_odometry_.poses.begin(), recorded_odometry_.poses.end(), earlier);
     return {};
 }
 
-/// Recorded ranges up to a time.
-void SiteRunner::hear_until(Nanoseconds time) {
+/// Recorded ranges and odometry up to a time, as they would have come.
+void SiteRunner::tell_until(Nanoseconds time) {
+    auto& differences = recorded_ranges_.differences;
+    while (true) {
+        const auto& ranges = recorded_ranges_.ranges;
+        const auto& poses = recorded_odometry_.poses;
+        constexpr Nanoseconds ended = std::numeric_limits<Nanoseconds>::max();
+        const Nanoseconds range_time = next_range_ < ranges.size() ? ranges[next_range_].time : ended;
+        const Nanoseconds pose_time = next_odometry_ < poses.size() ? poses[next_odometry_].time : ended;
+        const Nanoseconds next = std::min(range_time, pose_time);
+        if (next > time || next == ended) break;
+        if (pose_time <= range_time) {
+            drive({{poses[next_odometry_++]}, {}});
+        } else {
+            RangeBatch one;
+            one.ranges.push_back(ranges[next_range_++]);
+            hear(one);
+        }
+    }
     RangeBatch now;
-    while (recorded_next_ < recorded_.ranges.size() && recorded_.ranges[recorded_next_].time <= time) now.ranges.push_back(recorded_.ranges[recorded_next_++]);
-    if (!now.ranges.empty()) hear(now);
+    while (next_difference_ < differences.size() && differences[next_difference_].time <= time) now.differences.push_back(differences[next_difference_++]);
+    if (!now.differences.empty()) hear(now);
 }
 
 /// A listener on a serial line, in a thread of its own; a device that vanishes is opened again when it comes back.
@@ -307,8 +345,12 @@ void SiteRunner::listen(const std::string& device, int robot, const std::atomic<
 
 /// Gives the fixes of a time to the file and, not too often, to the page. The mutex is held.
 void SiteRunner::pass_on(Nanoseconds time, const std::string& camera) {
-    const std::vector<Fix> fixes = smoother_.fixes(time);
+    const std::vector<Fix> fixes = tracker_.fixes(time);
     for (const Fix& fix : fixes) {
+        FixStatus& last = last_status_.try_emplace(fix.robot, FixStatus::none).first->second;
+        const bool said = fix.status == FixStatus::none && last == FixStatus::none;
+        last = fix.status;
+        if (said) continue;
         // A frame speaks for the robots that its own camera sees; the others' cameras speak for theirs.
         const bool seen_here = std::find(fix.sources.begin(), fix.sources.end(), camera) != fix.sources.end();
         if (!seen_here && fix.status == FixStatus::ok) continue;
@@ -332,11 +374,13 @@ Result<void> SiteRunner::run_sources(double speed, const std::atomic<bool>& stop
         if (!source) return Error{fmt::format("camera {}: {}", posts_[i]->camera.id, source.error().message)};
         sources[i] = std::move(*source);
     }
-    if (auto loaded = load_recorded_ranges(); !loaded) return loaded;
+    if (auto loaded = load_recorded(); !loaded) return loaded;
     std::vector<std::thread> threads;
-    for (const Ear& ear : ears_) {
-        const std::string& device = site_.robots[static_cast<std::size_t>(ear.robot)].receiver->source;
-        if (is_live_range_source(device)) threads.emplace_back([this, device, robot = ear.robot, &stop] { listen(device, robot, stop); });
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        const auto& receiver = site_.robots[r].receiver;
+        if (receiver && is_live_range_source(receiver->source)) {
+            threads.emplace_back([this, device = receiver->source, robot = static_cast<int>(r), &stop] { listen(device, robot, stop); });
+        }
     }
     for (std::size_t i = 0; i < sources.size(); ++i) {
         if (sources[i]->live()) threads.emplace_back([this, i, &sources, &stop] { run_live(i, *sources[i], stop); });
@@ -399,13 +443,13 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
             const double due = start_wall + to_seconds(time - *start_time) / speed;
             while (!stop && wall_clock() < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::min(0.05, due - wall_clock())));
         }
-        hear_until(time);
+        tell_until(time);
         const auto fed = feed(first, waiting[first]->image, time);
         if (!fed && posts_[first]->state.frames == 0) return fed;  // the very first frame does not fit: nothing will
         if (progress) progress(std::min(1.0, ++done / total));
         fetch(first);
     }
-    if (!stop) hear_until(std::numeric_limits<Nanoseconds>::max());
+    if (!stop) tell_until(std::numeric_limits<Nanoseconds>::max());
     return {};
 }
 

@@ -12,11 +12,13 @@
 #include <vector>
 
 #include "roomfix/connect/frame_source.hpp"
+#include "roomfix/connect/odometry_source.hpp"
 #include "roomfix/connect/web_server.hpp"
-#include "roomfix/estimate/smoother.hpp"
+#include "roomfix/estimate/tracker.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
 #include "roomfix/pipeline/corner_camera.hpp"
 #include "roomfix/pipeline/onboard_locator.hpp"
+#include "roomfix/pipeline/range_ears.hpp"
 #include "roomfix/ranging/range_reader.hpp"
 #include "roomfix/site/site.hpp"
 
@@ -54,8 +56,10 @@ public:
 
     /// One frame of one camera: observes, smooths, and passes the fixes on. Errors (wrong size) are counted and reported.
     Result<void> feed(std::size_t index, LumaView frame, Nanoseconds time);
-    /// Ranges that receivers heard. They go into the fixes of the camera on the same robot; a robot without one is located by them.
+    /// Ranges that receivers heard.
     void hear(const RangeBatch& batch);
+    /// What robots' wheels reported.
+    void drive(const OdometryBatch& batch);
 
     void set_source_state(std::size_t index, const std::string& status, const std::string& message);
     std::vector<SourceState> source_states() const;
@@ -64,8 +68,10 @@ public:
     /// were taken (0: as fast as it goes); live ones each in its thread. `stop` ends it early. `progress` gets 0..1.
     Result<void> run_sources(double speed, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
     long fixes_given() const { return fixes_given_; }
-    /// Lines of range sources that could not be used, as sentences; at most some of them.
-    std::vector<std::string> range_problems() const;
+    /// Lines of range and odometry sources that could not be used, as sentences; at most some of them.
+    std::vector<std::string> line_problems() const;
+    /// What the tracker could not use.
+    TrackerCounts tracker_counts() const;
 
 private:
     /// One camera: fixed, with an observer; on a robot, with a locator; or one that looks for corners.
@@ -74,6 +80,7 @@ private:
         std::unique_ptr<OverheadObserver> observer;
         std::optional<TagDetector> tags;  // of robots that carry one
         OverheadResult result;            // the observing thread's own
+        std::vector<PoseObservation> poses;
         std::unique_ptr<OnboardLocator> locator;
         OnboardResult onboard;  // the observing thread's own
         std::unique_ptr<CornerCamera> corners;
@@ -89,21 +96,17 @@ private:
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, double speed, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
     void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
-    struct Ear {  // one robot's receiver
-        int robot = 0;
-        std::unique_ptr<OnboardLocator> alone;  // for a robot without a camera
-        std::vector<RangeObservation> heard;    // the newest of each beacon
-    };
-    std::vector<PoseObservation> watch(Post& post, LumaView frame, Nanoseconds time);
+    void watch(Post& post, LumaView frame, Nanoseconds time);
     std::vector<char> robots_elsewhere(const Post& post, Nanoseconds time) const;
-    std::vector<PoseObservation> look_for_corner(Post& post, LumaView frame, Nanoseconds time);
+    void look_for_corner(Post& post, LumaView frame, Nanoseconds time);
+    void look_up(Post& post, LumaView frame, Nanoseconds time);
     const std::string& reason_of(const Post& post) const;
-    std::vector<PoseObservation> look_up(Post& post, LumaView frame, Nanoseconds time);
-    std::vector<PoseObservation> confident_pose(const OnboardResult& result, int robot) const;
-    std::vector<RangeObservation> ranges_near(int robot, Nanoseconds time) const;
-    Result<void> load_recorded_ranges();
+    void tell_tracker(const Post& post, Nanoseconds time);
+    std::optional<std::string> quarantine_of(const Post& post) const;
+    Result<void> load_recorded();
     void listen(const std::string& device, int robot, const std::atomic<bool>& stop);
-    void hear_until(Nanoseconds time);
+    void tell_until(Nanoseconds time);
+    void add_problems(const std::vector<std::string>& problems);
     void pass_on(Nanoseconds time, const std::string& camera);
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
     nlohmann::json ranges_json(Nanoseconds time) const;
@@ -114,12 +117,16 @@ private:
 
     Site site_;
     std::vector<std::unique_ptr<Post>> posts_;
-    std::vector<Ear> ears_;
-    RangeBatch recorded_;  // ranges still to be heard, in the order of their times
-    std::size_t recorded_next_ = 0;
-    std::vector<std::string> range_problems_;
-    mutable std::mutex mutex_;  // guards the smoother, the sinks and the posts' pictures and states
-    Smoother smoother_;
+    RangeEars ears_;
+    RangeBatch recorded_ranges_;        // in the order of their times
+    OdometryBatch recorded_odometry_;   // likewise
+    std::size_t next_range_ = 0;        // the first that is still to be told
+    std::size_t next_odometry_ = 0;
+    std::size_t next_difference_ = 0;
+    std::vector<std::string> line_problems_;
+    mutable std::mutex mutex_;  // guards the tracker, the sinks and the posts' pictures and states
+    Tracker tracker_;
+    std::map<std::string, FixStatus> last_status_;  // of each robot, to say only once that it is lost
     std::ofstream fixes_file_;
     bool fixes_to_stdout_ = false;
     std::unique_ptr<WebServer> page_;

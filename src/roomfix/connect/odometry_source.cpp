@@ -1,0 +1,112 @@
+#include "roomfix/connect/odometry_source.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "roomfix/base/number.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr std::size_t most_problems = 20;
+
+std::vector<std::string_view> fields_of(std::string_view line) {
+    std::vector<std::string_view> fields;
+    while (true) {
+        const std::size_t comma = line.find(',');
+        std::string_view field = line.substr(0, comma);
+        while (!field.empty() && (field.front() == ' ' || field.front() == '\t')) field.remove_prefix(1);
+        while (!field.empty() && (field.back() == ' ' || field.back() == '\t' || field.back() == '\r')) field.remove_suffix(1);
+        fields.push_back(field);
+        if (comma == std::string_view::npos) return fields;
+        line.remove_prefix(comma + 1);
+    }
+}
+
+/// Where each value stands; -1: nowhere.
+struct Columns {
+    int time = -1, robot = -1, x = -1, y = -1, yaw = -1;
+};
+
+std::optional<Columns> read_header(std::string_view line) {
+    Columns columns;
+    const auto fields = fields_of(line);
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        const auto place = static_cast<int>(i);
+        if (fields[i] == "time") columns.time = place;
+        if (fields[i] == "robot") columns.robot = place;
+        if (fields[i] == "x") columns.x = place;
+        if (fields[i] == "y") columns.y = place;
+        if (fields[i] == "yaw") columns.yaw = place;
+    }
+    if (columns.time < 0 || columns.x < 0 || columns.y < 0 || columns.yaw < 0) return std::nullopt;
+    return columns;
+}
+
+Result<OdometryObservation> read_line(std::string_view line, const Columns& columns, const Site& site, int robot) {
+    const auto fields = fields_of(line);
+    const auto field = [&](int column) { return static_cast<std::size_t>(column) < fields.size() ? fields[static_cast<std::size_t>(column)] : std::string_view(); };
+    OdometryObservation pose;
+    const auto time = parse_seconds(field(columns.time));
+    if (!time) return Error{fmt::format("'{}' is no time in seconds", field(columns.time))};
+    pose.time = *time;
+    pose.robot = robot;
+    if (columns.robot >= 0) {
+        const auto index = site.robot(std::string(field(columns.robot)));
+        if (!index) return Error{fmt::format("the site has no robot '{}'", field(columns.robot))};
+        pose.robot = *index;
+    }
+    if (pose.robot < 0) return Error{"it names no robot: add a column 'robot'"};
+    const std::array<std::pair<int, double*>, 3> values = {{{columns.x, &pose.pose.x}, {columns.y, &pose.pose.y}, {columns.yaw, &pose.pose.yaw}}};
+    for (const auto& [column, value] : values) {
+        const auto number = parse_number(field(column));
+        if (!number) return Error{fmt::format("'{}' is no number", field(column))};
+        *value = *number;
+    }
+    return pose;
+}
+
+}  // namespace
+
+Result<OdometryBatch> parse_odometry(std::string_view text, const Site& site, int robot) {
+    OdometryBatch batch;
+    std::optional<Columns> columns;
+    long number = 0;
+    while (!text.empty()) {
+        const std::size_t end = text.find('\n');
+        const std::string_view line = text.substr(0, end);
+        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+        ++number;
+        if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+        if (!columns) {
+            columns = read_header(line);
+            if (!columns) return Error{"the first line must name the columns time,robot,x,y,yaw"};
+            continue;
+        }
+        const auto pose = read_line(line, *columns, site, robot);
+        if (pose) {
+            batch.poses.push_back(*pose);
+        } else if (batch.problems.size() < most_problems) {
+            batch.problems.push_back(fmt::format("line {}: {}", number, pose.error().message));
+        }
+    }
+    if (!columns) return Error{"it is empty: the first line must name the columns time,robot,x,y,yaw"};
+    return batch;
+}
+
+Result<OdometryBatch> load_odometry(const std::string& file, const Site& site, int robot) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return Error{fmt::format("{}: cannot be read: check the odometry's 'source'", file)};
+    std::ostringstream text;
+    text << stream.rdbuf();
+    auto batch = parse_odometry(text.str(), site, robot);
+    if (!batch) return Error{file + ": " + batch.error().message};
+    for (std::string& problem : batch->problems) problem.insert(0, file + ", ");
+    return batch;
+}
+
+}  // namespace roomfix

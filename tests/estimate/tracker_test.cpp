@@ -1,0 +1,319 @@
+#include "roomfix/estimate/tracker.hpp"
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "roomfix/base/random.hpp"
+
+namespace roomfix {
+namespace {
+
+SiteRobot robot_of(const char* id, const Shape& shape) {
+    SiteRobot robot;
+    robot.id = id;
+    robot.shape = shape;
+    return robot;
+}
+
+Site site_of(std::vector<SiteRobot> robots) {
+    Site site;
+    site.robots = std::move(robots);
+    for (const double x : {0.0, 8.0}) {
+        for (const double y : {0.0, 6.0}) {
+            SiteBeacon beacon;
+            beacon.position = Eigen::Vector3d(x, y, 2.5);
+            site.beacons.push_back(beacon);
+        }
+    }
+    return site;
+}
+
+PoseObservation seen(double x, double y, double yaw, double sigma = 0.01, int alike = 1, int robot = 0) {
+    PoseObservation o;
+    o.robot = robot;
+    o.pose = {x, y, wrap_angle(yaw)};
+    o.covariance = Eigen::Vector3d(sigma * sigma, sigma * sigma, 1e-4).asDiagonal();
+    o.like_turns = alike;
+    return o;
+}
+
+PoseObservation place(double x, double y, double sigma = 0.01, int robot = 0) {
+    PoseObservation o = seen(x, y, 0, sigma, 1, robot);
+    o.yaw_known = false;
+    return o;
+}
+
+void see(Tracker& tracker, double t, const std::string& camera, const PoseObservation& o) { tracker.see(from_seconds(t), camera, {&o, 1}); }
+
+const Site box_site = site_of({robot_of("r1", Box{0.54, 0.54, 0.45})});
+
+TEST(Tracker, FindsTheFrontOfASquareRobotByTheWayItDrives) {
+    Tracker tracker(box_site);
+    Random random(1);
+    for (int i = 0; i < 60; ++i) {
+        const double t = 0.1 * i;
+        see(tracker, t, "hall", seen(1 + random.normal(0.01), 0.4 * t + random.normal(0.01), std::numbers::pi / 2 * random.index(4), 0.01, 4));
+    }
+    const auto fixes = tracker.fixes(from_seconds(5.9));
+    ASSERT_EQ(fixes.size(), 1U);
+    EXPECT_EQ(fixes[0].robot, "r1");
+    EXPECT_NEAR(fixes[0].pose.x, 1, 0.02);
+    EXPECT_NEAR(fixes[0].pose.y, 0.4 * 5.9, 0.03);
+    EXPECT_NEAR(fixes[0].pose.yaw, std::numbers::pi / 2, 0.05);
+}
+
+TEST(Tracker, TellsTheHalfTurnOfABoxByItsWheels) {
+    Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4})}));
+    // It drives backwards: only the wheels know.
+    for (int i = 0; i < 60; ++i) {
+        const double t = 0.1 * i;
+        tracker.drive({from_seconds(t), 0, {-0.3 * t, 0, 0}});
+        see(tracker, t, "hall", seen(5 - 0.3 * t, 2, std::numbers::pi, 0.01, 2));
+    }
+    const auto fixes = tracker.fixes(from_seconds(5.9));
+    ASSERT_EQ(fixes.size(), 1U);
+    EXPECT_NEAR(fixes[0].pose.yaw, 0, 0.05);
+}
+
+TEST(Tracker, CoastsWithGrowingUncertaintyThenSaysThatItDoesNotKnow) {
+    Tracker tracker(site_of({robot_of("r1", Cylinder{0.5, 0.5})}));
+    for (int i = 0; i < 20; ++i) see(tracker, 0.1 * i, "hall", place(0.05 * i, 0));
+    const auto now = tracker.fixes(from_seconds(1.9)), later = tracker.fixes(from_seconds(2.7)), much_later = tracker.fixes(from_seconds(10));
+    ASSERT_EQ(now.size(), 1U);
+    EXPECT_EQ(now[0].status, FixStatus::ok);
+    EXPECT_EQ(later[0].status, FixStatus::coasting);
+    EXPECT_GT(later[0].covariance(0, 0), 10 * now[0].covariance(0, 0));
+    EXPECT_EQ(much_later[0].status, FixStatus::none);
+    EXPECT_NE(much_later[0].reason.find("not seen for 8.1 s"), std::string::npos) << much_later[0].reason;
+}
+
+/// Everything at once: a camera, another one that is late, ranges and wheels.
+struct Told {
+    double arrives;
+    std::function<void(Tracker&)> tell;
+};
+
+std::vector<Told> a_drive(Random& random) {
+    std::vector<Told> all;
+    for (int i = 0; i < 400; ++i) {
+        const double t = 5 + 0.02 * i;
+        const Pose2 at{4 + 2 * std::cos(0.4 * t), 3 + 2 * std::sin(0.4 * t), wrap_angle(0.4 * t + std::numbers::pi / 2)};
+        const auto arrives = [&] { return t + random.uniform(0, 0.9); };
+        if (i % 5 == 0) {
+            auto o = seen(at.x + random.normal(0.01), at.y + random.normal(0.01), at.yaw + random.normal(0.01), 0.01, 2);
+            if (i % 45 == 0) o.pose.x += 3;  // an outlier
+            all.push_back({arrives(), [=](Tracker& k) { see(k, t, i % 2 ? "a" : "b", o); }});
+        }
+        if (i % 3 == 0) {
+            const int b = i % 4;
+            const Eigen::Vector3d& beacon = box_site.beacons[static_cast<std::size_t>(b)].position;
+            const double range = (Eigen::Vector3d(at.x, at.y, 0) - beacon).norm() + std::abs(random.normal(0.05));
+            all.push_back({arrives(), [=](Tracker& k) { k.hear(RangeObservation{from_seconds(t), 0, b, range, 0.03}); }});
+        }
+        if (i % 4 == 1) all.push_back({arrives(), [=](Tracker& k) { k.drive({from_seconds(t), 0, at}); }});
+    }
+    return all;
+}
+
+TEST(Tracker, GivesTheSameWhateverTheOrderOfArrival) {
+    Random random(3);
+    for (int round = 0; round < 5; ++round) {
+        const auto in_order = a_drive(random);
+        auto shuffled = in_order;
+        std::stable_sort(shuffled.begin(), shuffled.end(), [](const Told& a, const Told& b) { return a.arrives < b.arrives; });
+        Tracker first(box_site), second(box_site);
+        for (const Told& told : in_order) told.tell(first);
+        for (const Told& told : shuffled) told.tell(second);
+        EXPECT_EQ(second.counts().late, 0);
+        const auto a = first.fixes(from_seconds(13)), b = second.fixes(from_seconds(13));
+        ASSERT_EQ(a.size(), 1U);
+        ASSERT_EQ(b.size(), 1U);
+        EXPECT_NEAR(a[0].pose.x, b[0].pose.x, 1e-9);
+        EXPECT_NEAR(a[0].pose.y, b[0].pose.y, 1e-9);
+        EXPECT_NEAR(a[0].pose.yaw, b[0].pose.yaw, 1e-9);
+        EXPECT_LT((a[0].covariance - b[0].covariance).cwiseAbs().maxCoeff(), 1e-9);
+    }
+}
+
+TEST(Tracker, CanBeAskedForThePast) {
+    Tracker tracker(box_site);
+    for (int i = 0; i <= 40; ++i) see(tracker, 0.05 * i, "hall", seen(0.5 * 0.05 * i, 1, 0));
+    const auto then = tracker.fixes(from_seconds(1.5));
+    ASSERT_EQ(then.size(), 1U);
+    EXPECT_NEAR(then[0].pose.x, 0.75, 0.01);
+}
+
+TEST(Tracker, CountsWhatItCannotUseAndGoesOn) {
+    Tracker tracker(box_site);
+    const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 10; ++i) see(tracker, 5 + 0.1 * i, "hall", seen(1, 2, 0));
+    const auto before = tracker.fixes(from_seconds(6));
+    auto bad = seen(nan, 0, 0);
+    see(tracker, 6, "hall", bad);
+    bad = seen(1, infinity, 0);
+    see(tracker, 6, "hall", bad);
+    bad = seen(1, 2, 0);
+    bad.covariance.setZero();
+    see(tracker, 6, "hall", bad);
+    bad.covariance = -Eigen::Matrix3d::Identity();
+    see(tracker, 6, "hall", bad);
+    see(tracker, 6, "hall", seen(1, 2, 0, 0.01, 1, 7));  // a robot unknown to the site
+    tracker.hear(RangeObservation{from_seconds(6), 0, 0, nan, 0.1});
+    tracker.hear(RangeObservation{from_seconds(6), 0, 0, 3, 0});
+    tracker.hear(RangeObservation{from_seconds(6), 0, 0, 3, -1});
+    tracker.hear(RangeObservation{from_seconds(6), 0, 0, -3, 0.1});
+    tracker.hear(RangeObservation{from_seconds(6), 0, 99, 3, 0.1});
+    tracker.hear(RangeDifferenceObservation{from_seconds(6), 0, {1, 1}, 3, 0.1});
+    tracker.drive({from_seconds(6), 0, {nan, 0, 0}});
+    tracker.drive({from_seconds(6), -1, {0, 0, 0}});
+    EXPECT_EQ(tracker.counts().impossible, 13);
+    const auto after = tracker.fixes(from_seconds(6));
+    ASSERT_EQ(after.size(), 1U);
+    EXPECT_EQ(after[0].pose.x, before[0].pose.x);
+    EXPECT_EQ(after[0].covariance, before[0].covariance);
+}
+
+TEST(Tracker, CountsWhatComesTwiceOrTooLate) {
+    Tracker tracker(box_site);
+    for (int i = 0; i < 40; ++i) see(tracker, 5 + 0.1 * i, "hall", seen(1, 2, 0));
+    see(tracker, 8.9, "hall", seen(1, 2, 0));
+    see(tracker, 6.0, "door", seen(1, 2, 0));
+    EXPECT_EQ(tracker.counts().twice, 1);
+    EXPECT_EQ(tracker.counts().late, 1);
+    EXPECT_EQ(tracker.counts().used, 40);
+}
+
+TEST(Tracker, TakesTwoObservationsOfTheSameInstant) {
+    Tracker tracker(box_site);
+    for (int i = 0; i < 20; ++i) {
+        see(tracker, 0.1 * i, "hall", seen(1, 2, 0));
+        see(tracker, 0.1 * i, "door", seen(1, 2, 0));
+    }
+    EXPECT_EQ(tracker.counts().used, 40);
+    EXPECT_EQ(tracker.fixes(from_seconds(1.9))[0].sources.size(), 2U);
+}
+
+TEST(Tracker, OneTimeFarFromAllOthersIsAnErrorTwoAreAClockThatWasSet) {
+    Tracker tracker(box_site);
+    for (int i = 0; i < 10; ++i) see(tracker, 100 + 0.1 * i, "hall", seen(1, 2, 0));
+    see(tracker, 100000, "hall", seen(1, 2, 0));
+    see(tracker, 101, "hall", seen(1, 2, 0));
+    EXPECT_EQ(tracker.counts().strayed, 1);
+    EXPECT_EQ(tracker.fixes(from_seconds(101))[0].status, FixStatus::ok);
+    for (int i = 0; i < 10; ++i) see(tracker, 20 + 0.1 * i, "hall", seen(3, 4, 0));
+    EXPECT_EQ(tracker.counts().strayed, 2);
+    const auto fixes = tracker.fixes(from_seconds(20.9));
+    ASSERT_EQ(fixes.size(), 1U);
+    EXPECT_NEAR(fixes[0].pose.x, 3, 0.01);
+}
+
+TEST(Tracker, FindsAKidnappedRobotAgainWithinTwoSeconds) {
+    Tracker tracker(box_site);
+    Random random(5);
+    for (int i = 0; i < 50; ++i) see(tracker, 0.1 * i, "hall", seen(1 + random.normal(0.01), 2 + random.normal(0.01), 0));
+    double found = -1;
+    for (int i = 50; i < 80; ++i) {
+        see(tracker, 0.1 * i, "hall", seen(6 + random.normal(0.01), 5 + random.normal(0.01), 1.5));
+        const auto fixes = tracker.fixes(from_seconds(0.1 * i));
+        if (found < 0 && fixes[0].status == FixStatus::ok && std::hypot(fixes[0].pose.x - 6, fixes[0].pose.y - 5) < 0.05) found = 0.1 * (i - 50);
+    }
+    EXPECT_GE(found, 0.3) << "a single wrong sighting must not move it";
+    EXPECT_LE(found, 2);
+}
+
+TEST(Tracker, OneFalseSightingMovesNothing) {
+    Tracker tracker(box_site);
+    for (int i = 0; i < 40; ++i) see(tracker, 0.1 * i, "hall", i == 30 ? seen(5, 5, 1) : seen(1 + 0.03 * i, 2, 0));
+    EXPECT_NEAR(tracker.fixes(from_seconds(3.9))[0].pose.x, 1 + 0.03 * 39, 0.01);
+}
+
+TEST(Tracker, PutsASourceInQuarantineThatContradictsTheOthersAndTakesItBack) {
+    Tracker tracker(box_site);
+    Random random(6);
+    const auto look = [&](int i, double off) {
+        const double t = 0.1 * i, x = 1 + 0.02 * i;
+        see(tracker, t, "hall", seen(x + random.normal(0.01), 2 + random.normal(0.01), 0));
+        see(tracker, t + 0.05, "door", seen(x + 0.01 + off + random.normal(0.01), 2 + random.normal(0.01), 0));
+        tracker.drive({from_seconds(t), 0, {x, 0, 0}});
+        tracker.drive({from_seconds(t + 0.05), 0, {x + 0.01, 0, 0}});
+    };
+    for (int i = 0; i < 50; ++i) look(i, 0);
+    EXPECT_TRUE(tracker.quarantines().empty());
+    for (int i = 50; i < 120; ++i) look(i, 0.4);
+    const auto bad = tracker.quarantines();
+    ASSERT_EQ(bad.size(), 1U);
+    EXPECT_EQ(bad[0].source, "door");
+    EXPECT_NEAR(bad[0].distance, 0.4, 0.15);
+    EXPECT_NEAR(tracker.fixes(from_seconds(11.9))[0].pose.x, 1 + 0.02 * 119, 0.03);
+    for (int i = 120; i < 200; ++i) look(i, 0);
+    EXPECT_TRUE(tracker.quarantines().empty());
+}
+
+TEST(Tracker, GivesManyLookAlikesNumbersAndOneFalseSightingNone) {
+    SiteRobot cart = robot_of("cart", Cylinder{0.5, 1.7});
+    cart.many = true;
+    Tracker tracker(site_of({cart}));
+    for (int i = 0; i < 10; ++i) {
+        std::vector<PoseObservation> frame = {place(0.03 * i, 0, 0.05), place(3, 0.03 * i, 0.05)};
+        if (i == 4) frame.push_back(place(8, 8, 0.05));
+        tracker.see(from_seconds(0.1 * i), "hall", frame);
+    }
+    auto fixes = tracker.fixes(from_seconds(0.9));
+    ASSERT_EQ(fixes.size(), 2U);
+    std::sort(fixes.begin(), fixes.end(), [](const Fix& a, const Fix& b) { return a.robot < b.robot; });
+    EXPECT_EQ(fixes[0].robot, "cart-1");
+    EXPECT_EQ(fixes[1].robot, "cart-2");
+}
+
+TEST(Tracker, TellsTwoLookAlikesByTheirWheels) {
+    Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
+    // r2 drives along y = 1, r1 along y = 4; the camera does not know which is which.
+    for (int i = 0; i < 60; ++i) {
+        const double t = 0.1 * i;
+        tracker.drive({from_seconds(t), 0, {0.2 * t, 0, 0}});
+        tracker.drive({from_seconds(t), 1, {0.5 * t, 0, 0}});
+        const std::vector<PoseObservation> frame = {seen(1 + 0.5 * t, 1, 0, 0.01, 2, 0), seen(1 + 0.2 * t, 4, 0, 0.01, 2, 1)};
+        tracker.see(from_seconds(t), "hall", frame);
+        if (i == 1) {
+            for (const Fix& fix : tracker.fixes(from_seconds(t))) EXPECT_LT(fix.identity, 0.9) << "nobody can know this yet";
+        }
+    }
+    const auto fixes = tracker.fixes(from_seconds(5.9));
+    ASSERT_EQ(fixes.size(), 2U);
+    for (const Fix& fix : fixes) {
+        EXPECT_NEAR(fix.pose.y, fix.robot == "r1" ? 4 : 1, 0.05);
+        EXPECT_GT(fix.identity, 0.95);
+    }
+}
+
+TEST(Belief, StaysPositiveDefiniteInTenMillionUpdates) {
+    Random random(7);
+    Belief belief = belief_at({4, 3, 0}, Eigen::Vector3d(1e4, 1e4, 3).asDiagonal(), 1, 1, {});
+    MotionModel motion;
+    motion.drive = Drive::differential;
+    const RangeSource source{{0.1, 0, 0.3}, {}, 0.1, 600};
+    PoseObservation pose = seen(4, 3, 0, 1e-5);
+    pose.covariance(2, 2) = 1e-12;
+    int checked = 0;
+    for (int i = 0; i < 10'000'000; ++i) {
+        if (i % 4 == 0) predict(belief, 0.01, motion);
+        const int b = i % 4;
+        const double range = (Eigen::Vector3d(4, 3, 0) - box_site.beacons[static_cast<std::size_t>(b)].position).norm() + random.normal(0.02);
+        update_range(belief, {0, 0, b, range, 0.02}, box_site.beacons[static_cast<std::size_t>(b)].position, source);
+        if (i % 1000 == 0) update(belief, linearise_pose(belief, pose, {}), {0.01, std::numeric_limits<double>::infinity(), -10});
+        if (i % 9973 != 0) continue;
+        const Eigen::MatrixXd p = belief.covariance.topLeftCorner(belief.size, belief.size);
+        ASSERT_EQ((p - p.transpose()).cwiseAbs().maxCoeff(), 0) << i;
+        ASSERT_EQ(Eigen::LLT<Eigen::MatrixXd>(p).info(), Eigen::Success) << i;
+        ++checked;
+    }
+    EXPECT_GT(checked, 1000);
+}
+
+}  // namespace
+}  // namespace roomfix
