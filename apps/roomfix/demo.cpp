@@ -77,6 +77,10 @@ int demo(const Arguments& arguments) {
     std::vector<LumaImage> up_frames(up_renderers.size());
     std::vector<LumaImage> eye_frames(eye_renderers.size());
     double heard_until = 0;
+    std::vector<std::pair<int, WheelSimulator>> wheels;
+    for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+        if (scenario.robots[r].robot.odometry) wheels.emplace_back(static_cast<int>(r), wheels_of(scenario, r, arguments.seed));
+    }
     for (std::uint64_t i = 0; !stop_requested(); ++i) {
         const auto elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start);
         const double time = elapsed.count();
@@ -113,6 +117,11 @@ int demo(const Arguments& arguments) {
         }
         heard_until = time;
         room.hear(heard);
+        OdometryBatch driven;
+        for (auto& [robot, wheel] : wheels) {
+            for (const WheelPose& pose : wheel.until(time)) driven.poses.push_back({epoch + from_seconds(pose.time), robot, pose.pose});
+        }
+        room.drive(driven);
         for (std::size_t c = 0; c < renderers.size(); ++c) (void)room.feed(c, frames[c], epoch + from_seconds(time));
         for (std::size_t c = 0; c < up_renderers.size(); ++c) (void)room.feed(renderers.size() + c, up_frames[c], epoch + from_seconds(time));
         for (std::size_t c = 0; c < eye_renderers.size(); ++c) {

@@ -8,6 +8,8 @@ int main(int argc, char** argv) {
     int exit_code = roomfix::done;
     roomfix::add_demo(app, exit_code);
     roomfix::add_run(app, exit_code);
+    roomfix::add_replay(app, exit_code);
+    roomfix::add_evaluate(app, exit_code);
     roomfix::add_fix(app, exit_code);
     roomfix::add_simulate(app, exit_code);
     roomfix::add_reproduce(app, exit_code);

@@ -48,6 +48,13 @@ std::string fix_line(const Fix& fix) {
     for (std::size_t i = 0; i < fix.sources.size(); ++i) line += (i ? ", " : "") + quoted(fix.sources[i]);
     line += "]";
     if (fix.identity < 0.9995) line += ", \"identity\": " + number_text(std::round(fix.identity * 1e3) / 1e3);
+    if (!fix.nis.empty()) {
+        line += ", \"nis\": {";
+        for (std::size_t i = 0; i < fix.nis.size(); ++i) {
+            line += (i ? ", " : "") + quoted(fix.nis[i].source) + ": [" + number_text(std::round(fix.nis[i].nis * 1e3) / 1e3) + ", " + std::to_string(fix.nis[i].dimensions) + "]";
+        }
+        line += "}";
+    }
     if (!fix.image.empty()) line += ", \"image\": " + quoted(fix.image);
     if (fix.hypotheses.size() > 1) {
         line += ", \"hypotheses\": [";

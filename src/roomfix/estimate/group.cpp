@@ -12,6 +12,7 @@ namespace roomfix {
 namespace {
 
 constexpr double moving_speed = 0.3;  // m/s: a robot without a front looks where it drives
+constexpr double sure_of_place = 0.9;  // weight of a place that is believed
 constexpr double alike = 0.02;        // m: shapes that differ less cannot be told apart from afar
 
 bool look_alike(const SiteRobot& a, const SiteRobot& b) {
@@ -64,6 +65,17 @@ void course_as_yaw(const Belief& belief, bool any_way, Fix& fix) {
     fix.covariance(2, 2) = std::min(across + 0.01, unknown_yaw_variance);
 }
 
+/// What the other hypotheses add to the covariance of the best: their distance from it, by their weight.
+Eigen::Matrix3d spread_around_best(const RobotBelief& robot) {
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const Hypothesis& h : robot.hypotheses) {
+        Eigen::Vector3d off = h.belief.mean.head<3>() - robot.best().mean.head<3>();
+        off.z() = wrap_angle(off.z());
+        spread += std::exp(h.log_weight) * off * off.transpose();
+    }
+    return spread;
+}
+
 Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     const TrackerSettings& settings = models.settings;
     predict(track, time, models);
@@ -82,7 +94,12 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     }
     fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
     fix.pose = {best.mean[0], best.mean[1], wrap_angle(best.mean[state_yaw])};
-    fix.covariance = best.pose_covariance();
+    fix.covariance = best.pose_covariance() + spread_around_best(track.belief);
+    if (track.belief.best_weight() < sure_of_place && worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > settings.lost) {
+        fix.reason = fmt::format("{} places are possible, the likeliest by {:.0f} %", track.belief.hypotheses.size(), 100 * track.belief.best_weight());
+        fix.status = FixStatus::none;
+        return fix;
+    }
     fix.yaw_known = best.yaw_known();
     if (!fix.yaw_known) {
         // Ranges tell where the receiver is; the robot's middle is somewhere around it.
@@ -94,6 +111,7 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     }
     for (const SourceHealth& source : track.sources) {
         if (to_seconds(time - source.seen) < settings.ok && !source.quarantined) fix.sources.push_back(models.source_name(source.source));
+        if (source.judged_at == time && source.dimensions > 0) fix.nis.push_back({models.source_name(source.source), source.nis, source.dimensions});
     }
     if (track.belief.hypotheses.size() > 1) {
         for (const Hypothesis& h : track.belief.hypotheses) {

@@ -12,6 +12,7 @@ constexpr double moving_speed = 0.15;    // m/s: faster, the direction of motion
 constexpr double memory_of_health = 0.05;  // of one observation
 constexpr double confirmed_within = 2.0;   // s: so old may another source's word be to judge by
 constexpr double sure_enough = 0.2;        // m: a place known less judges nobody
+constexpr double front_doubt = 0.02;       // weight of other fronts where the robot seems to drive backwards or sideways
 constexpr int yaw_starts = 12;             // of a robot with odometry whose front nobody knows
 
 Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
@@ -27,16 +28,16 @@ Doubt doubt_over(int dimensions, double range, const TrackerSettings& settings) 
 double place_sigma(const Belief& belief) { return std::sqrt(belief.covariance(0, 0) + belief.covariance(1, 1)); }
 
 /// Has anything but `source` confirmed the robot lately?
-bool confirmed_otherwise(const Track& track, int source, const TrackingModels& models) {
+bool confirmed_otherwise(const Track& track, int source) {
     if (place_sigma(track.belief.best()) > sure_enough) return false;
-    if (!models.driven[static_cast<std::size_t>(track.robot)].empty() && track.sightings > 20) return true;
     return std::any_of(track.sources.begin(), track.sources.end(),
                        [&](const SourceHealth& s) { return s.source != source && to_seconds(track.time - s.seen) < confirmed_within; });
 }
 
-void judge(SourceHealth& health, const Surprise& surprise, double distance, bool judgeable, const TrackerSettings& settings) {
+void judge(SourceHealth& health, Nanoseconds time, const Surprise& surprise, double distance, bool judgeable, const TrackerSettings& settings) {
     health.nis = surprise.nis;
     health.dimensions = surprise.dimensions;
+    health.judged_at = time;
     if (!judgeable) return;
     health.right += memory_of_health * (surprise.right - health.right);
     health.distance += memory_of_health * (distance - health.distance);
@@ -104,7 +105,7 @@ void add_places(Track& track, const std::vector<PlaceProposal>& places, double s
 template <class UpdateOne>
 double take_with(Track& track, int source, const std::vector<PlaceProposal>& proposals, const TrackingModels& models, const UpdateOne& update_one) {
     const TrackerSettings& settings = models.settings;
-    const bool judgeable = confirmed_otherwise(track, source, models);
+    const bool judgeable = confirmed_otherwise(track, source);
     SourceHealth& health = health_of(track, source);
     thread_local std::vector<double> evidence;
     evidence.clear();
@@ -128,7 +129,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
             distance = proposals.empty() ? 0 : std::hypot(proposals[0].pose.x - belief.mean[0], proposals[0].pose.y - belief.mean[1]);
         }
     }
-    judge(health, best, distance, judgeable, settings);
+    judge(health, track.time, best, distance, judgeable, settings);
     if (quarantined) return 0;
     const double before = evidence[0];
     track.budget -= weigh(track.belief, evidence, std::max(track.budget, 0.0));
@@ -256,22 +257,39 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
     add_places(track, places, 1, models);
 }
 
-std::vector<PlaceProposal> places_of(const PoseObservation& observation) {
-    std::vector<PlaceProposal> places;
+void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places) {
+    places.clear();
     const int turns = observation.yaw_known ? std::max(observation.like_turns, 1) : 1;
     for (int i = 0; i < turns; ++i) {
         const double yaw = wrap_angle(observation.pose.yaw + 2 * std::numbers::pi * i / turns);
         places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, observation.yaw_known, 1});
     }
+}
+
+std::vector<PlaceProposal> places_of(const PoseObservation& observation) {
+    std::vector<PlaceProposal> places;
+    list_places(observation, places);
     return places;
 }
 
+/// A body that looks the same from several sides, and drives another way than it faces: perhaps it faces that way.
+void doubt_the_front(Track& track, const PoseObservation& observation, const TrackingModels& models) {
+    if (observation.like_turns < 2 || track.belief.hypotheses.size() > 1 || models.motion[static_cast<std::size_t>(track.robot)].drive == Drive::holonomic) return;
+    const Belief& belief = track.belief.best();
+    const Eigen::Vector2d velocity = belief.mean.segment<2>(state_vx);
+    const double forward = velocity.dot(Eigen::Vector2d(std::cos(belief.mean[state_yaw]), std::sin(belief.mean[state_yaw])));
+    const double turn = 2 * std::numbers::pi / observation.like_turns;
+    if (velocity.norm() < moving_speed || forward > velocity.norm() * std::cos(0.75 * turn)) return;
+    add_places(track, places_of(observation), front_doubt, models);
+}
+
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain) {
+    doubt_the_front(track, observation, models);
     const PoseSource& errors = models.fixed.at(source);
     Doubt doubt = doubt_of(observation.yaw_known ? 3 : 2, models.settings);
     if (certain) doubt.gate = std::numeric_limits<double>::infinity();
     thread_local std::vector<PlaceProposal> places;
-    places.assign(1, {observation.pose, observation.covariance, observation.yaw_known, 1});
+    list_places(observation, places);
     return take_with(track, source, places, models, [&](Belief& belief) -> std::optional<Surprise> {
         add_slow_states(belief, observation, errors);
         if (!observation.yaw_known) return update(belief, linearise_place(belief, observation, errors), doubt);

@@ -21,8 +21,9 @@ struct SourceHealth {
     int judged = 0;
     double distance = 0;      // m, smoothed: how far off it is
     bool quarantined = false;
-    double nis = 0;           // of its last observation, with its dimensions
+    double nis = 0;            // of its last observation, with its dimensions
     int dimensions = 0;
+    Nanoseconds judged_at = never;
 };
 
 struct Track {
@@ -48,6 +49,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models);
 void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models);
 
 /// The places that a sighting allows: all poses that look alike.
+void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places);
 std::vector<PlaceProposal> places_of(const PoseObservation& observation);
 
 /// Takes an observation of the track's own robot; the track is at its time. Returns the log evidence, 0 where it starts the track.

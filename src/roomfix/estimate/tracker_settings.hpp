@@ -22,7 +22,7 @@ struct TrackerSettings {
     double area = 100;             // m^2: over it wrong poses are spread
     double conviction = 8;         // nats per second: how fast evidence may turn the balance between hypotheses
     double kidnapping = 1e-3;      // weight of a new place that contradicts the old
-    double backwards = 3;          // nats per metre: how unlikely robots drive backwards where their front is unknown
+    double backwards = 5;          // nats per metre: how unlikely robots drive backwards where their front is unknown
 
     double start_speed = 0.7;      // m/s (1 sigma)
     double start_turning = 1.0;    // rad/s (1 sigma)

@@ -14,6 +14,13 @@ namespace roomfix {
 
 enum class FixStatus { ok, coasting, none };
 
+/// A source's normalised innovation squared: how surprising its last observation was.
+struct InnovationSquare {
+    std::string source;
+    double nis = 0;
+    int dimensions = 0;
+};
+
 struct Fix {
     Nanoseconds time = 0;
     std::string robot;  // empty if none was found
@@ -25,6 +32,7 @@ struct Fix {
     std::string image;   // the picture it comes from, if it comes from one
     std::string reason;  // for status none, in plain words
     std::vector<PoseHypothesis> hypotheses;
+    std::vector<InnovationSquare> nis;  // of the observations of that very time
     double identity = 1;                          // probability that it is this robot and not one that looks the same
     std::optional<Eigen::Isometry3d> map_from_camera;  // of a fix that is a camera's whole pose
 };

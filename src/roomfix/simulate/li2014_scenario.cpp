@@ -80,7 +80,14 @@ ScenarioRobot paper_robot(std::uint64_t seed) {
     Random random(seed ^ 0x40b07);
     const auto off = [&] { return random.normal(robot.robot.size_sigma); };
     robot.look.size_error = {off(), off(), off()};
-    robot.path = {{4.9, 5.70}, {7.70, 5.70}, {7.70, 10.42}, {12.7, 10.42}, {7.70, 10.42}, {7.70, 5.70}};
+    robot.robot.drive = Drive::differential;
+    WheelOdometry odometry;
+    odometry.source = "odometry.csv";
+    robot.robot.odometry = odometry;
+    robot.wheels.scale = random.normal(odometry.scale_sigma);
+    robot.wheels.drift = random.normal(odometry.drift_sigma);
+    // There on the right side of the aisles, back on the other: no robot turns around in no time.
+    robot.path = {{4.9, 5.50}, {7.90, 5.50}, {7.90, 10.20}, {12.5, 10.20}, {12.5, 10.65}, {7.45, 10.65}, {7.45, 5.95}, {4.9, 5.95}};
     return robot;
 }
 

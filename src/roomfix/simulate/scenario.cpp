@@ -100,6 +100,11 @@ std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t
     return ranges;
 }
 
+WheelSimulator wheels_of(const Scenario& scenario, std::size_t robot, std::uint64_t seed) {
+    const ScenarioRobot& driven = scenario.robots[robot];
+    return {driven.wheels, [driven](double time) { return robot_pose(driven, time); }, seed * 43 + robot};
+}
+
 double light_at(double time, std::uint64_t seed) {
     Random random(seed ^ 0x11687);
     double light = 1;

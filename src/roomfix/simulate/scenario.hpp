@@ -14,6 +14,7 @@
 #include "roomfix/simulate/range_model.hpp"
 #include "roomfix/simulate/room_scene.hpp"
 #include "roomfix/simulate/scene.hpp"
+#include "roomfix/simulate/wheel_simulator.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -37,6 +38,7 @@ struct ScenarioRobot {
     double speed = 0.4;                 // m/s
     double start = 0;                   // m along the path at time 0
     double spin = 0;                    // rad/s, of a robot whose path is one point
+    WheelModel wheels;                  // of a robot with odometry
 };
 
 /// A camera that rides on a robot and looks up.
@@ -110,6 +112,9 @@ CeilingPatch tube_at_panel(const SiteLandmark& landmark, const LandmarkLook& loo
 
 /// What a robot's receiver hears between two times (s): each beacon `range_rate` times a second, unless a wall stands between.
 std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t robot, double from, double to, std::uint64_t seed);
+
+/// The wheels of one of its robots.
+WheelSimulator wheels_of(const Scenario& scenario, std::size_t robot, std::uint64_t seed);
 
 /// Straight up, `height` above the robot's centre; the picture's top is the robot's front.
 Eigen::Isometry3d looking_up(double height);

@@ -45,6 +45,23 @@ Result<void> write_ranges(const Scenario& scenario, const fs::path& folder, doub
     return write_text(folder / "ranges.csv", text);
 }
 
+/// odometry.csv, if a robot has odometry.
+Result<void> write_odometry(const Scenario& scenario, const fs::path& folder, double duration, std::uint64_t seed) {
+    std::vector<std::pair<WheelPose, std::string>> poses;
+    for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+        if (!scenario.robots[r].robot.odometry) continue;
+        for (const WheelPose& pose : wheels_of(scenario, r, seed).until(duration)) poses.emplace_back(pose, scenario.robots[r].robot.id);
+    }
+    if (poses.empty()) return {};
+    std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.first.time < b.first.time; });
+    std::string text = "time,robot,x,y,yaw\n";
+    const auto rounded = [](double value) { return number_text(std::round(value * 1e7) / 1e7); };
+    for (const auto& [pose, robot] : poses) {
+        text += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(pose.time)), robot, rounded(pose.pose.x), rounded(pose.pose.y), rounded(pose.pose.yaw));
+    }
+    return write_text(folder / "odometry.csv", text);
+}
+
 }  // namespace
 
 Result<void> write_session(const Scenario& scenario, const fs::path& folder, const SessionOptions& options, const std::function<void(double)>& progress) {
@@ -81,6 +98,7 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     if (auto written = write_text(folder / "truth.csv", truth); !written) return written;
 
     if (auto written = write_ranges(scenario, folder, duration, options.seed); !written) return written;
+    if (auto written = write_odometry(scenario, folder, duration, options.seed); !written) return written;
 
     const double total = static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) +
                          static_cast<double>(scenario.up_cameras.size() + scenario.eyes.size()) * frames;

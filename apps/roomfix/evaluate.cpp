@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "roomfix/evaluate/error_report.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Arguments {
+    std::string fixes, truth, report, json, tum;
+    double symmetry_deg = 0;
+};
+
+bool write_file(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    if (stream.flush()) return true;
+    complain(file.string() + ": cannot be written: check that the folder exists");
+    return false;
+}
+
+/// One file per robot for its fixes and one for its truth.
+bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, const Truth& truth) {
+    std::error_code failure;
+    std::filesystem::create_directories(folder, failure);
+    std::map<std::string, std::vector<StampedPose>> fixes;
+    for (const JudgedFix& f : report.fixes) fixes[f.robot].push_back({f.time, f.fix});
+    for (const auto& [robot, poses] : fixes) {
+        if (!write_file(folder / (robot + ".tum"), tum_text(poses))) return false;
+    }
+    for (const auto& [robot, poses] : truth) {
+        if (!write_file(folder / (robot + "-truth.tum"), tum_text(poses))) return false;
+    }
+    return true;
+}
+
+int evaluate(const Arguments& arguments) {
+    const auto recorded = load_fixes(arguments.fixes);
+    const auto truth = load_truth(arguments.truth);
+    if (!recorded || !truth) {
+        if (!recorded) complain(recorded.error().message);
+        if (!truth) complain(truth.error().message);
+        return bad_input;
+    }
+    for (const std::string& problem : recorded->problems) say(arguments.fixes + ", " + problem);
+    const ErrorReport report = judge(*recorded, *truth, {radians(arguments.symmetry_deg)});
+    if (report.fixes.empty()) {
+        complain("no fix has a true pose beside it: are both of the same session, with the same clock and the same names of robots?");
+        return bad_input;
+    }
+    std::cout << text_of(report);
+    if (!arguments.json.empty() && !write_file(arguments.json, json_of(report))) return failed;
+    if (!arguments.report.empty()) {
+        const std::string title = "Fixes of " + std::filesystem::path(arguments.fixes).filename().string() + " beside the truth";
+        if (!write_file(arguments.report, html_of(report, title))) return failed;
+        say("report: " + arguments.report);
+    }
+    if (!arguments.tum.empty() && !write_tum(arguments.tum, report, *truth)) return failed;
+    return done;
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& app, int& exit_code) {
+    auto* command = app.add_subcommand("evaluate", "fixes beside the truth: errors, consistency, availability, identity switches");
+    auto arguments = std::make_shared<Arguments>();
+    command->add_option("FIXES", arguments->fixes, "file of fixes, as 'run' and 'replay' write it")->required();
+    command->add_option("--truth", arguments->truth, "CSV with time,robot,x,y,yaw")->required();
+    command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
+    command->add_option("--json", arguments->json, "the same figures as JSON");
+    command->add_option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");
+    command->add_option("--symmetry-deg", arguments->symmetry_deg, "yaws that far apart count as the same: 180 for a box whose front nobody can tell")
+        ->check(CLI::Range(0.0, 360.0));
+    command->footer("Example: roomfix evaluate fixes.jsonl --truth session/truth.csv --report errors.html");
+    command->callback([=, &exit_code] { exit_code = evaluate(*arguments); });
+}
+
+}  // namespace roomfix

@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "commands.hpp"
+#include "roomfix/site/load_site.hpp"
+#include "run_site.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Arguments {
+    std::string session;
+    RunOptions run;
+};
+
+int replay(const Arguments& arguments) {
+    namespace fs = std::filesystem;
+    const fs::path session = arguments.session;
+    const fs::path file = fs::is_directory(session) ? session / "site.yaml" : session;
+    const auto site = load_site(file);
+    if (!site) {
+        complain("the session's site file cannot be used:\n" + site.error().message);
+        return bad_input;
+    }
+    return run_site(*site, arguments.run);
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code) {
+    auto* command = app.add_subcommand("replay", "the pipeline over a recorded session: the same input gives the same fixes, byte for byte");
+    auto arguments = std::make_shared<Arguments>();
+    arguments->run.speed = 0;
+    arguments->run.fixes = "-";
+    arguments->run.page = false;
+    command->add_option("SESSION", arguments->session, "session folder")->required();
+    command->add_option("--fixes", arguments->run.fixes, "file for the fixes, one JSON object per line; - for stdout")->capture_default_str();
+    command->add_option("--speed", arguments->run.speed, "1 is real time, 0 as fast as it goes")->capture_default_str()->check(CLI::Range(0.0, 1000.0));
+    command->add_option("--background", arguments->run.background, "pictures, folders or videos to learn the background from, for all cameras");
+    command->add_flag("--page", arguments->run.page, "serve the page while it runs");
+    command->footer("Example: roomfix replay session --fixes fixes.jsonl && roomfix evaluate fixes.jsonl --truth session/truth.csv");
+    command->callback([=, &exit_code] { exit_code = replay(*arguments); });
+}
+
+}  // namespace roomfix

@@ -1,0 +1,70 @@
+#include "run_site.hpp"
+
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "roomfix/pipeline/background_source.hpp"
+#include "roomfix/pipeline/site_runner.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+/// A camera's background from --background, or from the site file. Without either it is learned while running.
+Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const RunOptions& options) {
+    for (std::size_t i = 0; i < runner.cameras(); ++i) {
+        const SiteCamera& camera = runner.camera(i);
+        if (!runner.is_fixed(i)) continue;
+        std::vector<std::string> sources = options.background;
+        if (sources.empty() && !camera.background.empty()) sources = {resolved_path(site, camera.background)};
+        if (sources.empty()) {
+            say(fmt::format("camera {}: no background given; learning it while running", camera.id));
+            continue;
+        }
+        auto background = learn_background(camera, sources, progress_bar("learning the background of " + camera.id));
+        if (!background) return background.error();
+        runner.set_background(i, std::move(*background));
+    }
+    return {};
+}
+
+}  // namespace
+
+int run_site(const Site& site, const RunOptions& options) {
+    auto runner = SiteRunner::create(site);
+    if (!runner) {
+        complain(runner.error().message);
+        return bad_input;
+    }
+    SiteRunner& room = **runner;
+    const auto give_up = [](const Error& error) {
+        complain(error.message);
+        return bad_input;
+    };
+    if (auto learned = learn_backgrounds(room, site, options); !learned) return give_up(learned.error());
+    std::string fixes = options.fixes;
+    if (fixes.empty() && !site.outputs.jsonl.empty()) fixes = resolved_path(site, site.outputs.jsonl);
+    if (!fixes.empty()) {
+        if (auto opened = room.write_fixes_to(fixes); !opened) return give_up(opened.error());
+    }
+    if (options.page) {
+        WebOutput web = site.outputs.web.value_or(WebOutput{});
+        if (!options.host.empty()) web.host = options.host;
+        if (options.port >= 0) web.port = options.port;
+        if (auto served = room.serve_page(web.host, web.port); !served) return give_up(served.error());
+        say(fmt::format("the map is at http://{}:{}", web.host, room.page_port()));
+    }
+    if (auto ran = room.run_sources(options.speed, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    for (const SourceState& state : room.source_states()) {
+        say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, state.message));
+    }
+    for (const std::string& problem : room.line_problems()) say("not used: " + problem);
+    const TrackerCounts counts = room.tracker_counts();
+    if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
+    if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
+    if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
+    say(fmt::format("{} fixes given", room.fixes_given()));
+    return done;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,23 @@
+// Runs a site to the end of its sources: what `run` and `replay` have in common.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+struct RunOptions {
+    std::string fixes;  // file, "-" for stdout, empty: as the site file says
+    bool page = true;
+    std::string host;  // of the page; empty: as the site file says
+    int port = -1;
+    double speed = 1;                     // of recordings; 0: as fast as it goes
+    std::vector<std::string> background;  // for all cameras; empty: as the site file says
+};
+
+/// Says on stderr what goes on, and returns the exit code.
+int run_site(const Site& site, const RunOptions& options);
+
+}  // namespace roomfix

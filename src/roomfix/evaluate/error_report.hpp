@@ -1,0 +1,70 @@
+// Fixes beside the truth: how far off, how often, how honest.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "roomfix/evaluate/consistency.hpp"
+#include "roomfix/evaluate/recorded_fixes.hpp"
+
+namespace roomfix {
+
+/// One fix with its error.
+struct JudgedFix {
+    Nanoseconds time = 0;
+    std::string robot, sources;
+    bool coasting = false;
+    Pose2 fix, truth;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  // fix - truth; m, m, rad
+    bool yaw_known = true;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+    double nees = 0;  // of x, y, and of yaw where it is known
+    int dimensions = 3;
+};
+
+/// A mean of normalised squares beside what truthful covariances give.
+struct Consistency {
+    double mean = 0;      // per dimension: 1 is truthful
+    double low = 0, high = 0;  // 95 % band of that mean
+    std::size_t independent = 0;  // fixes that count as independent: two seconds apart
+};
+
+/// What a group of fixes is worth.
+struct ErrorTable {
+    std::string name;
+    Summary position;       // m
+    Summary yaw;            // rad, of fixes with a yaw
+    Consistency nees;
+    double stated_sigma = 0;  // m: rms of what the covariances say of the place
+};
+
+struct ErrorReport {
+    ErrorTable all;
+    std::vector<ErrorTable> robots, sources;
+    Summary relative_position;  // m: error of the way driven in one second
+    Summary relative_yaw;       // rad
+    double availability = 0;    // part of the true time that has a fix that is not older than `fresh`
+    double coasting = 0;        // part of the fixes
+    int identity_switches = 0;  // a robot's name moves to another robot
+    int flagged_switches = 0;   // of these: `identity` said that it was doubtful
+    std::vector<std::pair<std::string, Consistency>> nis;  // by source, where the fixes state it
+    std::vector<std::string> unknown_robots;               // in the fixes, not in the truth
+    std::vector<JudgedFix> fixes;
+};
+
+struct ReportOptions {
+    double symmetry = 0;   // rad: yaws that many apart are the same; 0: none are
+    double fresh = 0.25;   // s
+    double apart = 0.5;    // m: a fix so near to another robot and farther from its own has the wrong name
+};
+
+/// Robots of which there are many ("cart-3") are compared with the nearest of that kind.
+ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options = {});
+
+/// For the terminal.
+std::string text_of(const ErrorReport& report);
+std::string json_of(const ErrorReport& report);
+/// A page that needs nothing else: tables, the map, errors over time and their distribution.
+std::string html_of(const ErrorReport& report, const std::string& title);
+
+}  // namespace roomfix

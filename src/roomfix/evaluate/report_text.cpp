@@ -1,0 +1,199 @@
+// The report on errors as text, as JSON, and as a page.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "roomfix/evaluate/error_report.hpp"
+#include "roomfix/evaluate/line_chart.hpp"
+
+namespace roomfix {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_points = 1500;  // of one curve: a screen shows no more
+
+double millimetres(double m) { return 1e3 * m; }
+
+std::string row(const ErrorTable& t) {
+    return fmt::format("{:24} {:7} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f}   {:7.2f} {:7.2f}   {:6.2f} {:>11} {:8.1f}\n", t.name, t.position.count,
+                       millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median), millimetres(t.position.p95),
+                       millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), t.nees.mean, fmt::format("{:.2f}-{:.2f}", t.nees.low, t.nees.high),
+                       millimetres(t.stated_sigma));
+}
+
+json summary_json(const Summary& s) {
+    return {{"count", s.count}, {"rmse", s.rms}, {"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}};
+}
+
+json consistency_json(const Consistency& c) { return {{"mean", c.mean}, {"band", {c.low, c.high}}, {"independent", c.independent}}; }
+
+json table_json(const ErrorTable& t) {
+    return {{"name", t.name}, {"position", summary_json(t.position)}, {"yaw", summary_json(t.yaw)}, {"nees", consistency_json(t.nees)}, {"stated_sigma", t.stated_sigma}};
+}
+
+std::string escaped(const std::string& text) {
+    std::string safe;
+    for (const char c : text) {
+        switch (c) {
+            case '<': safe += "&lt;"; break;
+            case '>': safe += "&gt;"; break;
+            case '&': safe += "&amp;"; break;
+            case '"': safe += "&quot;"; break;
+            default: safe += c;
+        }
+    }
+    return safe;
+}
+
+std::string html_row(const ErrorTable& t) {
+    const bool honest = t.nees.mean >= t.nees.low && t.nees.mean <= t.nees.high;
+    return fmt::format(
+        "<tr><td>{}</td><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.2f}</td><td>{:.2f}</td>"
+        "<td class=\"{}\">{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td><td>{:.1f}</td></tr>\n",
+        escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median), millimetres(t.position.p95),
+        millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), honest ? "good" : "off", t.nees.mean, t.nees.low, t.nees.high,
+        millimetres(t.stated_sigma));
+}
+
+/// Curves of all robots; long ones are thinned, but keep the worst of each stretch.
+LineChart errors_over_time(const ErrorReport& report) {
+    LineChart chart{"Position error over time", "time, s", "error, mm", {}, false};
+    std::map<std::string, std::vector<Eigen::Vector2d>> curves;
+    Nanoseconds start = report.fixes.empty() ? 0 : report.fixes.front().time;
+    for (const JudgedFix& f : report.fixes) start = std::min(start, f.time);
+    for (const JudgedFix& f : report.fixes) curves[f.robot].emplace_back(to_seconds(f.time - start), millimetres(f.error.head<2>().norm()));
+    for (auto& [robot, points] : curves) {
+        const std::size_t stride = points.size() / most_points + 1;
+        Curve curve{robot, {}, false};
+        for (std::size_t i = 0; i < points.size(); i += stride) {
+            const auto end = points.begin() + static_cast<std::ptrdiff_t>(std::min(points.size(), i + stride));
+            curve.points.push_back(*std::max_element(points.begin() + static_cast<std::ptrdiff_t>(i), end, [](const auto& a, const auto& b) { return a.y() < b.y(); }));
+        }
+        chart.curves.push_back(curve);
+    }
+    return chart;
+}
+
+LineChart distribution(const ErrorReport& report) {
+    LineChart chart{"How many fixes are that good", "position error, mm", "fixes, %", {}, false};
+    std::map<std::string, std::vector<double>> errors;
+    for (const JudgedFix& f : report.fixes) errors[f.robot].push_back(millimetres(f.error.head<2>().norm()));
+    for (auto& [robot, values] : errors) {
+        std::sort(values.begin(), values.end());
+        Curve curve{robot, {}, false};
+        const double limit = values[static_cast<std::size_t>(0.995 * static_cast<double>(values.size() - 1))];
+        for (int percent = 0; percent <= 100; ++percent) {
+            const double value = values[static_cast<std::size_t>(percent / 100.0 * static_cast<double>(values.size() - 1))];
+            curve.points.emplace_back(std::min(value, limit), percent);
+        }
+        chart.curves.push_back(curve);
+    }
+    return chart;
+}
+
+/// The true ways and the fixes on them, in map x and y.
+std::string map_svg(const ErrorReport& report) {
+    if (report.fixes.empty()) return "";
+    Eigen::Vector2d low(1e300, 1e300), high(-1e300, -1e300);
+    for (const JudgedFix& f : report.fixes) {
+        for (const Pose2& p : {f.fix, f.truth}) {
+            low = low.cwiseMin(Eigen::Vector2d(p.x, p.y));
+            high = high.cwiseMax(Eigen::Vector2d(p.x, p.y));
+        }
+    }
+    const double size = std::max({(high - low).maxCoeff(), 0.5});
+    const double scale = 700 / size;
+    constexpr double margin = 20;
+    const auto at = [&](const Pose2& p) { return fmt::format("{:.1f},{:.1f}", margin + scale * (p.x - low.x()), margin + scale * (high.y() - p.y)); };
+    std::map<std::string, std::vector<const JudgedFix*>> by_robot;
+    for (const JudgedFix& f : report.fixes) by_robot[f.robot].push_back(&f);
+    static const char* const colours[] = {"#1f6fb2", "#c2571a", "#3b8f3b", "#8a4fbf", "#b3323f", "#5a6b7a"};
+    std::string lines;
+    std::size_t colour = 0;
+    for (const auto& [robot, fixes] : by_robot) {
+        const std::size_t stride = fixes.size() / most_points + 1;
+        std::string truth;
+        for (std::size_t i = 0; i < fixes.size(); i += stride) truth += at(fixes[i]->truth) + " ";
+        lines += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"#bbb\" stroke-width=\"5\" stroke-linejoin=\"round\"/>\n", truth);
+    }
+    for (const auto& [robot, fixes] : by_robot) {
+        const char* ink = colours[colour++ % std::size(colours)];
+        const std::size_t stride = fixes.size() / most_points + 1;
+        for (std::size_t i = 0; i < fixes.size(); i += stride) {
+            const std::string point = at(fixes[i]->fix);
+            lines += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"1.6\" fill=\"{}\"/>\n", point.substr(0, point.find(',')), point.substr(point.find(',') + 1),
+                                 fixes[i]->coasting ? "#e0a030" : ink);
+        }
+    }
+    return fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" width=\"760\" role=\"img\" aria-label=\"map\">{}</svg>\n", 2 * margin + scale * (high.x() - low.x()),
+                       2 * margin + scale * (high.y() - low.y()), lines);
+}
+
+}  // namespace
+
+std::string text_of(const ErrorReport& report) {
+    std::string text = fmt::format("{:24} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8}   {:>7} {:>7}   {:>6} {:>11} {:>8}\n", "", "fixes", "rmse mm", "mean", "median", "p95",
+                                   "max", "yaw deg", "p95", "NEES/n", "95 % band", "stated");
+    text += row(report.all);
+    for (const ErrorTable& t : report.robots) text += row(t);
+    text += "by source\n";
+    for (const ErrorTable& t : report.sources) text += row(t);
+    if (!report.nis.empty()) {
+        text += "innovations, NIS per dimension (1 is truthful)\n";
+        for (const auto& [source, c] : report.nis) text += fmt::format("{:24} {:.2f} ({:.2f}-{:.2f})\n", source, c.mean, c.low, c.high);
+    }
+    text += fmt::format("way driven in 1 s: rmse {:.1f} mm, {:.2f} deg\n", millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms));
+    text += fmt::format("available {:.1f} % of the time, {:.1f} % of the fixes by prediction alone\n", 100 * report.availability, 100 * report.coasting);
+    text += fmt::format("identity switches: {}, of which {} were flagged as doubtful\n", report.identity_switches, report.flagged_switches);
+    for (const std::string& robot : report.unknown_robots) text += fmt::format("robot {}: the truth does not know it\n", robot);
+    return text;
+}
+
+std::string json_of(const ErrorReport& report) {
+    json j = {{"all", table_json(report.all)},
+              {"relative", {{"position", summary_json(report.relative_position)}, {"yaw", summary_json(report.relative_yaw)}}},
+              {"availability", report.availability},
+              {"coasting", report.coasting},
+              {"identity_switches", report.identity_switches},
+              {"flagged_switches", report.flagged_switches},
+              {"unknown_robots", report.unknown_robots}};
+    for (const ErrorTable& t : report.robots) j["robots"].push_back(table_json(t));
+    for (const ErrorTable& t : report.sources) j["sources"].push_back(table_json(t));
+    for (const auto& [source, c] : report.nis) j["nis"][source] = consistency_json(c);
+    return j.dump(1) + "\n";
+}
+
+std::string html_of(const ErrorReport& report, const std::string& title) {
+    std::string rows = html_row(report.all);
+    for (const ErrorTable& t : report.robots) rows += html_row(t);
+    std::string source_rows;
+    for (const ErrorTable& t : report.sources) source_rows += html_row(t);
+    const std::string head =
+        "<tr><th></th><th>fixes</th><th>rmse mm</th><th>mean</th><th>median</th><th>p95</th><th>max</th><th>yaw rmse &deg;</th><th>yaw p95</th>"
+        "<th>NEES per dimension</th><th>95 % band</th><th>stated sigma mm</th></tr>\n";
+    std::string nis;
+    for (const auto& [source, c] : report.nis) {
+        nis += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td></tr>\n", escaped(source), c.mean, c.low, c.high);
+    }
+    if (!nis.empty()) nis = "<h2>Innovations</h2><table><tr><th>source</th><th>NIS per dimension</th><th>95 % band</th></tr>\n" + nis + "</table>\n";
+    return fmt::format(
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>"
+        "body{{font:15px/1.5 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}}"
+        "table{{border-collapse:collapse;font-variant-numeric:tabular-nums}}td,th{{padding:.25em .6em;text-align:right;border-bottom:1px solid #ddd}}"
+        "td:first-child,th:first-child{{text-align:left}}.good{{color:#2a7d2a}}.off{{color:#b3323f;font-weight:600}}h2{{margin-top:1.6em}}"
+        "svg{{max-width:100%;height:auto}}</style></head><body>\n<h1>{0}</h1>\n"
+        "<p>Available {1:.1f} % of the time; {2:.1f} % of the fixes by prediction alone. Way driven in one second: {3:.1f} mm and {4:.2f}&deg; rmse. "
+        "Identity switches: {5}, of which {6} were flagged as doubtful.</p>\n"
+        "<h2>Errors</h2><table>{7}{8}</table>\n<h2>By source</h2><table>{7}{9}</table>\n{10}"
+        "<p>NEES per dimension is 1 where the stated covariances are true; the band holds 95 % of such means, with fixes two seconds apart taken as "
+        "independent.</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
+        "<h2>Over time</h2>{12}\n<h2>Distribution</h2>{13}\n</body></html>\n",
+        escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
+        report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)), svg_of(distribution(report)));
+}
+
+}  // namespace roomfix
