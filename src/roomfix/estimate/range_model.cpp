@@ -9,6 +9,8 @@ namespace {
 /// Past this part of the distance, the belief's spread bends the circle around the beacon enough to matter.
 constexpr double flat = 0.03;
 
+constexpr int all_beacons = -1;  // component of the bias that they have in common
+
 Surprise surprise_of(const LatePosterior& posterior) { return {posterior.log_evidence, posterior.on_time, posterior.nis, 1}; }
 
 double spread_of(const Belief& belief) { return std::sqrt(belief.covariance(0, 0) + belief.covariance(1, 1)); }
@@ -37,8 +39,16 @@ Eigen::Vector3d arm_of(const Belief& belief, const RangeSource& source) {
     return belief.yaw_known() ? source.receiver : Eigen::Vector3d(0, 0, source.receiver.z());
 }
 
-void add_bias(Belief& belief, int beacon, const RangeSource& source) {
-    if (source.bias_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, 0, beacon, source.bias_sigma * source.bias_sigma, 1 / source.bias_memory, 0});
+constexpr double own_part = 0.25;  // of the bias: what beacons do not have in common
+
+void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
+    const double forget = 1 / source.bias_memory;
+    const auto squared = [](double v) { return v * v; };
+    if (source.bias_sigma > 0) {
+        ensure_slow(belief, {SlowKind::range_bias, 0, all_beacons, squared(source.bias_sigma), forget, 0});
+        ensure_slow(belief, {SlowKind::range_bias, 0, beacon, squared(own_part * source.bias_sigma), forget, 0});
+    }
+    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, 0, 0, squared(source.scale_sigma), forget, 0});
 }
 
 }  // namespace
@@ -52,14 +62,22 @@ PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver,
 }
 
 Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
-    add_bias(belief, observation.beacon, source);
+    add_slow_states(belief, observation.beacon, source);
     const Eigen::Vector3d arm = arm_of(belief, source);
     const auto predict = [&](const Pose2& at, const Belief& taken, FixedList<int, most_columns>& states, Eigen::Matrix<double, 1, most_columns>& by_state) {
         const PredictedRange predicted = predict_range(at, arm, beacon);
         for (int i = 0; i < 3; ++i) states.push_back(i);
         by_state.head<3>() = predicted.by_pose.transpose();
         double range = predicted.range;
-        if (const auto bias = find_slow(taken, SlowKind::range_bias, 0, observation.beacon)) {
+        if (const auto scale = find_slow(taken, SlowKind::range_scale, 0, 0)) {
+            by_state.head<3>() *= 1 + taken.mean[*scale];
+            by_state[static_cast<Eigen::Index>(states.size())] = predicted.range;
+            states.push_back(*scale);
+            range *= 1 + taken.mean[*scale];
+        }
+        for (const int component : {all_beacons, observation.beacon}) {
+            const auto bias = find_slow(taken, SlowKind::range_bias, 0, component);
+            if (!bias) continue;
             by_state[static_cast<Eigen::Index>(states.size())] = 1;
             states.push_back(*bias);
             range += taken.mean[*bias];

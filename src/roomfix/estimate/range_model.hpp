@@ -11,8 +11,9 @@ namespace roomfix {
 struct RangeSource {
     Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
     LateModel late;
-    double bias_sigma = 0;     // m: how far the ranges of one beacon may be off altogether; 0: not at all
-    double bias_memory = 600;  // s: over that time the bias changes
+    double bias_sigma = 0;     // m: how far all ranges may be off, and a quarter of that those of each beacon; 0: not at all
+    double scale_sigma = 0;    // part of the range by which they may be too long or short: a wrong speed of sound, a wrong clock
+    double bias_memory = 600;  // s: over that time these change
 };
 
 /// A predicted range with its derivatives by the pose.

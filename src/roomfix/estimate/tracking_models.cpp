@@ -9,10 +9,11 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
         MotionModel model = settings.motion;
         if (robot.drive != Drive::unknown) model.drive = robot.drive;
         motion.push_back(model);
-        RangeSource source{Eigen::Vector3d::Zero(), settings.late, 0, settings.range_bias_memory};
+        RangeSource source{Eigen::Vector3d::Zero(), settings.late, 0, 0, settings.range_bias_memory};
         if (robot.receiver) {
             source.receiver = robot.receiver->position;
             source.bias_sigma = robot.receiver->bias_sigma;
+            source.scale_sigma = robot.receiver->scale_sigma;
         }
         ranges.push_back(source);
         odometry.push_back(robot.odometry ? OdometryPrior{robot.odometry->scale_sigma, robot.odometry->drift_sigma} : OdometryPrior{});

@@ -157,11 +157,12 @@ Eigen::Isometry3d tag_pose(const Eigen::Vector3d& position, double yaw, Facing f
 
 Receiver read_receiver(YamlReader& reader, const YAML::Node& node, const std::string& what) {
     Receiver receiver;
-    if (!reader.map(node, what, {"position", "source", "sigma", "bias_sigma"})) return receiver;
+    if (!reader.map(node, what, {"position", "source", "sigma", "bias_sigma", "scale_sigma"})) return receiver;
     receiver.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(receiver.position);
     receiver.source = reader.text(node["source"], what + ".source").value_or("");
     receiver.sigma = reader.number(node["sigma"], what + ".sigma", 1e-5, 100).value_or(receiver.sigma);
     receiver.bias_sigma = reader.number(node["bias_sigma"], what + ".bias_sigma", 0, 100).value_or(receiver.bias_sigma);
+    receiver.scale_sigma = reader.number(node["scale_sigma"], what + ".scale_sigma", 0, 1).value_or(receiver.scale_sigma);
     return receiver;
 }
 

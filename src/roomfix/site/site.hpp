@@ -72,7 +72,8 @@ struct Receiver {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, robot frame
     std::string source;                                  // as written: file or serial device; empty: none
     double sigma = 0.02;                                 // m, of ranges that do not state their own
-    double bias_sigma = 0;                               // m: how far all ranges of one beacon may be off
+    double bias_sigma = 0;                               // m: how far all ranges may be off, and a quarter of that those of each beacon
+    double scale_sigma = 0;                              // part by which ranges may be too long or short
 };
 
 /// How a robot can move: turning on two driven wheels, in any direction, or nobody knows.

@@ -70,8 +70,9 @@ std::string robot_text(const SiteRobot& robot) {
                             robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
     }
     if (robot.receiver) {
-        text += fmt::format(",\n     receiver: {{position: {}, sigma: {}{}{}}}", list_text(robot.receiver->position), number_text(robot.receiver->sigma),
+        text += fmt::format(",\n     receiver: {{position: {}, sigma: {}{}{}{}}}", list_text(robot.receiver->position), number_text(robot.receiver->sigma),
                             robot.receiver->bias_sigma > 0 ? ", bias_sigma: " + number_text(robot.receiver->bias_sigma) : "",
+                            robot.receiver->scale_sigma > 0 ? ", scale_sigma: " + number_text(robot.receiver->scale_sigma) : "",
                             robot.receiver->source.empty() ? "" : ", source: " + robot.receiver->source);
     }
     if (robot.tag) {
