@@ -3,10 +3,20 @@
 
 #include <cstdlib>
 
+#include "roomfix/evaluate/identity_experiment.hpp"
 #include "roomfix/evaluate/tracker_experiment.hpp"
 
 int main(int argc, char** argv) {
     using namespace roomfix;
+    const CrossingResult with = simulate_crossings(100, true, 1);
+    const CrossingResult without = simulate_crossings(100, false, 1);
+    for (const auto& [name, r] : {std::pair{"with", with}, std::pair{"without", without}}) {
+        fmt::print("100 crossings of two look-alikes {} odometry: {} switches, {} of them flagged; {} false alarms, {} lost\n", name, r.switches, r.flagged, r.false_alarms, r.lost);
+    }
+    const CornerChoiceResult corners = choose_among_corners(500, 1);
+    fmt::print("four like corners: right at once in {:.1f} %, after 2 m in {:.1f} % of {} runs\n", 100.0 * corners.right_at_once / corners.runs, 100.0 * corners.right / corners.runs, corners.runs);
+    const KidnappingResult kidnapped = simulate_kidnappings(200, 1);
+    fmt::print("kidnapped: {} of {} found within 2 s, the last after {:.2f} s\n", kidnapped.found, kidnapped.runs, kidnapped.longest);
     const int runs = argc > 1 ? std::atoi(argv[1]) : 200;
     fmt::print("{:22} {:>8} {:>15} {:>8} {:>8} {:>6} {:>9} {:>6} {:>5}\n", "senses", "NEES", "95 % band", "rmse mm", "bound", "ratio", "yaw mrad", "ratio", "lost");
     for (const auto& [name, senses] : all_senses()) {

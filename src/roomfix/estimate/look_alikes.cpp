@@ -10,6 +10,7 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t most_accounts = 6;
+constexpr double same = 0.5;  // squared distance of poses below which two accounts of a robot are one
 constexpr double close_call = 6;  // difference of cost (twice the nats) up to which two robots may have been mixed up
 
 const Shape& shape_of(const Track& track, const TrackingModels& models) { return models.site.robots[static_cast<std::size_t>(track.robot)].shape; }
@@ -157,7 +158,7 @@ bool same_account(const Account& a, const Account& b) {
     for (const Track& track : a.tracks) {
         if (!track.named) continue;
         const auto other = std::find_if(b.tracks.begin(), b.tracks.end(), [&](const Track& t) { return t.named && t.robot == track.robot; });
-        if (other == b.tracks.end() || pose_distance(track.belief.best(), other->belief.best()) > 4) return false;
+        if (other == b.tracks.end() || pose_distance(track.belief.best(), other->belief.best()) > same) return false;
     }
     return true;
 }
@@ -172,9 +173,9 @@ void settle_accounts(GroupState& state) {
         for (Account& account : accounts) {
             account.log_weight -= most;
             if (account.log_weight < least_log_weight) continue;
-            const auto same = std::find_if(kept.begin(), kept.end(), [&](const Account& k) { return same_account(k, account); });
-            if (same != kept.end()) {
-                same->log_weight = std::log(std::exp(same->log_weight) + std::exp(account.log_weight));
+            const auto alike = std::find_if(kept.begin(), kept.end(), [&](const Account& k) { return same_account(k, account); });
+            if (alike != kept.end()) {
+                alike->log_weight = std::log(std::exp(alike->log_weight) + std::exp(account.log_weight));
             } else if (kept.size() < most_accounts) {
                 kept.push_back(std::move(account));
             }

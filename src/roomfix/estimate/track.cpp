@@ -225,7 +225,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
     if (time <= track.time) return;
     const auto robot = static_cast<std::size_t>(track.robot);
     const MotionModel& motion = models.motion[robot];
-    track.budget = std::min(4.0, track.budget + models.settings.conviction * to_seconds(time - track.time));
+    track.budget = std::min(most_budget, track.budget + models.settings.conviction * to_seconds(time - track.time));
     const bool several = track.belief.hypotheses.size() > 1;
     while (track.time < time) {
         OdometryTrack::Piece piece;
@@ -253,7 +253,7 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
     track.belief.hypotheses.clear();
     track.time = track.born = track.seen = time;
     track.sightings = 1;
-    track.budget = 4;
+    track.budget = most_budget;
     add_places(track, places, 1, models);
 }
 

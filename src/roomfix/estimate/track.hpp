@@ -26,6 +26,9 @@ struct SourceHealth {
     Nanoseconds judged_at = never;
 };
 
+/// Nats that one event may turn the balance between hypotheses by at most.
+constexpr double most_budget = 5;
+
 struct Track {
     int robot = -1;   // index in the site's robots: itself, or the first of its look-alikes while nobody knows which one
     int number = 0;   // of a robot of which there are many; 0: not reported yet
@@ -36,7 +39,7 @@ struct Track {
     Nanoseconds seen = 0;  // last observation that was believed
     int sightings = 0;
     double presence = 1;  // part of the last frames of its cameras that showed it
-    double budget = 4;    // nats, how far evidence may still turn the balance between hypotheses
+    double budget = most_budget;    // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
 
     bool alive() const { return !belief.hypotheses.empty(); }

@@ -1,0 +1,47 @@
+// The tracker's promises on a smaller scale; the whole runs in the benchmarks.
+#include <gtest/gtest.h>
+
+#include "roomfix/evaluate/identity_experiment.hpp"
+#include "roomfix/evaluate/tracker_experiment.hpp"
+
+namespace roomfix {
+namespace {
+
+class Consistency : public testing::TestWithParam<int> {};
+
+/// False alarm: once in a thousand for each set of senses (band of 3.3 standard deviations), were the seeds drawn anew.
+TEST_P(Consistency, StatedCovariancesAreTrueAndErrorsNearTheBound) {
+    const auto [name, senses] = all_senses()[static_cast<std::size_t>(GetParam())];
+    const ConsistencyResult r = measure_consistency(name, senses, 40, 11);
+    const double wider = 3.3 / 1.96;
+    EXPECT_GT(r.nees, r.dimensions - wider * (r.nees_high - r.dimensions)) << name;
+    EXPECT_LT(r.nees, r.dimensions + wider * (r.nees_high - r.dimensions)) << name;
+    EXPECT_LT(r.rmse, 1.35 * r.bound) << name;
+    EXPECT_LT(r.lost, 0.02 * r.samples) << name;
+}
+
+INSTANTIATE_TEST_SUITE_P(AllSenses, Consistency, testing::Range(0, 10));
+
+TEST(BlindArea, TheTruePlaceStaysInsideTheEllipseOnOdometryAlone) { EXPECT_GE(blind_coverage(60, 3, 0.01, 0.01745), 0.87); }
+
+TEST(LookAlikes, KeepTheirNamesThroughCrossingsWithTheirWheels) {
+    const CrossingResult r = simulate_crossings(40, true, 9);
+    EXPECT_EQ(r.lost, 0);
+    EXPECT_LE(r.switches, 1);
+    EXPECT_EQ(r.flagged, r.switches);
+    EXPECT_LE(r.false_alarms, 2);
+}
+
+TEST(LikeCorners, TheRightOneIsKnownAfterTwoMetres) {
+    const CornerChoiceResult r = choose_among_corners(60, 9);
+    EXPECT_GE(r.right, 59);
+    EXPECT_LT(r.right_at_once, 50) << "the corners must look alike for this to mean something";
+}
+
+TEST(Kidnapping, IsNoticedWithinTwoSeconds) {
+    const KidnappingResult r = simulate_kidnappings(60, 9);
+    EXPECT_EQ(r.found, r.runs);
+}
+
+}  // namespace
+}  // namespace roomfix
