@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -210,6 +211,42 @@ TEST_F(CommandLine, FixFindsTheCameraByACornerInGreyColourAnd16BitPictures) {
     expect_says(call(fix + "--corner x " + picture), 2, "no such corner");
     expect_says(call(fix + "--landmark n1 " + picture), 2, "looks for corners");
     expect_says(call("fix " + site() + " --camera hall1 --corner c " + frame()), 2, "fixed in the map");
+}
+
+std::string text_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST_F(CommandLine, ReplayGivesTheSameBytesAndEvaluateJudgesThem) {
+    const std::string first = (*folder / "first.jsonl").string(), second = (*folder / "second.jsonl").string();
+    ASSERT_EQ(call(fmt::format("replay {} --fixes {}", session(), first)).code, 0);
+    ASSERT_EQ(call(fmt::format("replay {} --fixes {}", session(), second)).code, 0);
+    const std::string fixes = text_of(first);
+    EXPECT_GT(std::count(fixes.begin(), fixes.end(), '\n'), 10);
+    EXPECT_EQ(fixes, text_of(second));
+    const std::string page = (*folder / "report.html").string(), poses = (*folder / "poses").string();
+    expect_says(call(fmt::format("evaluate {} --truth {}/truth.csv --report {} --tum {}", first, session(), page, poses)), 0, "identity switches: 0");
+    EXPECT_NE(text_of(page).find("</svg>"), std::string::npos);
+    EXPECT_NE(text_of(fs::path(poses) / "r1.tum").find(" 0 0 0 "), std::string::npos);
+    EXPECT_TRUE(fs::exists(fs::path(poses) / "r1-truth.tum"));
+    expect_says(call(fmt::format("evaluate {} --truth {}/odometry.csv", first, session())), 0, "r1");
+    expect_says(call(fmt::format("evaluate {} --truth /nowhere.csv", first)), 2, "/nowhere.csv: cannot be opened");
+    expect_says(call(fmt::format("evaluate {}/truth.csv --truth {}/truth.csv", session(), session())), 2, "no fix in it");
+}
+
+TEST_F(CommandLine, ASessionWithADamagedMiddleIsReplayedAroundIt) {
+    const fs::path copy = *folder / "damaged";
+    fs::copy(session(), copy, fs::copy_options::recursive);
+    std::ofstream(copy / "frames/hall1/000500000000.jpg") << "no picture";
+    fs::remove(copy / "frames/hall1/000600000000.jpg");
+    const Outcome outcome = call(fmt::format("replay {} --fixes {}", copy.string(), (*folder / "damaged.jsonl").string()));
+    expect_says(outcome, 0, "1 bad");
+    EXPECT_NE(text_of(*folder / "damaged.jsonl").find("\"time\": 1.1"), std::string::npos);
+    fs::remove(copy / "odometry.csv");
+    expect_says(call(fmt::format("replay {}", copy.string())), 2, "odometry.csv: cannot be read");
+    fs::remove(copy / "site.yaml");
+    expect_says(call(fmt::format("replay {}", copy.string())), 2, "site");
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+// Any bytes as odometry, as fixes or as truth, through to the report.
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "roomfix/connect/odometry_source.hpp"
+#include "roomfix/evaluate/error_report.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using namespace roomfix;
+    if (size < 1) return 0;
+    const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
+    Site site;
+    site.robots.resize(1);
+    site.robots[0].id = "r1";
+    switch (data[0] % 3) {
+        case 0: (void)parse_odometry(text, site, size % 2 == 0 ? 0 : -1); break;
+        case 1: {
+            Truth truth;
+            for (int i = 0; i < 20; ++i) truth["r1"].push_back({from_seconds(0.1 * i), {0.1 * i, 1, 0}});
+            const ErrorReport report = judge(parse_fixes(text), truth);
+            (void)html_of(report, "fuzz");
+            (void)text_of(report);
+            (void)json_of(report);
+            break;
+        }
+        default: {
+            const auto truth = parse_truth(text);
+            if (truth) (void)judge(parse_fixes(R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []})"), *truth);
+        }
+    }
+    return 0;
+}
