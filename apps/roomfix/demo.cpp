@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <thread>
 
@@ -18,6 +19,22 @@ struct Arguments {
     std::string fixes;
     double seconds = 0;
     std::uint64_t seed = 1;
+};
+
+/// What goes wrong in every round of `period` seconds, so that one can watch the tracker cope.
+struct Mishaps {
+    double period = 90;
+    std::size_t freezing = 1;  // this camera repeats a picture ...
+    double freeze_from = 30, freeze_to = 40;
+    std::size_t bumped = 2;  // ... and this one is knocked out of its direction, until somebody puts it back
+    double bump_from = 55, bump_to = 75;
+
+    static bool within(double time, double period, double from, double to) {
+        const double now = std::fmod(time, period);
+        return now >= from && now < to;
+    }
+    bool frozen(double time) const { return within(time, period, freeze_from, freeze_to); }
+    bool is_bumped(double time) const { return within(time, period, bump_from, bump_to); }
 };
 
 /// The rooms without robots, rendered and learned.
@@ -63,12 +80,17 @@ int demo(const Arguments& arguments) {
         up_renderers.emplace_back(camera.truth.model, camera.sensor, camera.glare, arguments.seed * 37 + up_renderers.size());
     }
     std::vector<RoomRenderer> eye_renderers;
+    const Mishaps mishaps;
+    View knocked = scenario.cameras[mishaps.bumped].truth;
+    knocked.map_from_camera.pose.linear() = exponential_rotation({0, 0, radians(0.8)}) * knocked.map_from_camera.pose.linear();
+    const CameraRenderer knocked_renderer(scenario.scene, knocked, scenario.cameras[mishaps.bumped].sensor, arguments.seed * 31 + mishaps.bumped);
     for (const ScenarioEye& eye : scenario.eyes) eye_renderers.emplace_back(eye.truth.model, eye.sensor, eye.glare, arguments.seed * 41 + eye_renderers.size());
     say(
-        fmt::format("Two robots drive through a rendered building; three cameras on the walls find them, and one of them looks up at landmarks.\n"
-                    "In a room of its own a third one finds itself by the room's corners.\n"
+        fmt::format("Five robots drive through a rendered building, found by three cameras on the walls, landmarks on the ceiling, a room's corners,\n"
+                    "beacons and their wheels. Two of them look the same, and one passes through a room that no camera sees. From 0:30 to 0:40 of every\n"
+                    "90 seconds camera {} freezes, from 0:55 to 1:15 camera {} is knocked out of its direction.\n"
                     "Open http://{}:{} in a browser. Ctrl-C ends the demo.",
-                    arguments.host, room.page_port()));
+                    scenario.cameras[mishaps.freezing].id, scenario.cameras[mishaps.bumped].id, arguments.host, room.page_port()));
 
     const auto start = std::chrono::steady_clock::now();
     const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -93,7 +115,9 @@ int demo(const Arguments& arguments) {
         // Render side by side, feed in the cameras' order.
         std::vector<std::thread> threads;
         for (std::size_t c = 0; c < renderers.size(); ++c) {
-            threads.emplace_back([&, c] { renderers[c].render(solids, light_at(time, arguments.seed + c), i, frames[c]); });
+            if (c == mishaps.freezing && mishaps.frozen(time) && !frames[c].empty()) continue;
+            const CameraRenderer& renderer = c == mishaps.bumped && mishaps.is_bumped(time) ? knocked_renderer : renderers[c];
+            threads.emplace_back([&, c] { renderer.render(solids, light_at(time, arguments.seed + c), i, frames[c]); });
         }
         for (std::size_t c = 0; c < up_renderers.size(); ++c) {
             const ScenarioUpCamera& camera = scenario.up_cameras[c];

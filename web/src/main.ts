@@ -70,7 +70,7 @@ function showRobots(robots: RobotState[]): void {
     status.dataset.status = robot.status;
     const yaw = robot.yaw === null ? '' : `, ${((robot.yaw * 180) / Math.PI).toFixed(1)}°`;
     row.querySelector('.place')!.textContent = `${robot.x.toFixed(3)}, ${robot.y.toFixed(3)} m${yaw}`;
-    row.querySelector('.quiet')!.textContent = `${uncertainty(robot.cov)}${robot.sources.length ? ` from ${robot.sources.join(', ')}` : ''}`;
+    row.querySelector('.quiet')!.textContent = `${uncertainty(robot.cov)}${robot.sources.length ? ` from ${robot.sources.join(', ')}` : ''}${robot.identity === undefined ? '' : `; its name is ${Math.round(100 * robot.identity)} % sure`}`;
   }
 }
 

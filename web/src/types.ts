@@ -50,6 +50,7 @@ export interface RobotState {
   yaw: number | null;
   cov: [number, number, number, number]; // xx, xy, yy, yaw-yaw
   sources: string[];
+  identity?: number; // probability that it is this robot and not one that looks the same; absent: certain
 }
 
 export interface CameraState {

@@ -13,11 +13,6 @@ namespace {
 
 constexpr double moving_speed = 0.3;  // m/s: a robot without a front looks where it drives
 constexpr double sure_of_place = 0.9;  // weight of a place that is believed
-constexpr double alike = 0.02;        // m: shapes that differ less cannot be told apart from afar
-
-bool look_alike(const SiteRobot& a, const SiteRobot& b) {
-    return a.shape.index() == b.shape.index() && (half_size(a.shape) - half_size(b.shape)).cwiseAbs().maxCoeff() < alike;
-}
 
 /// The robot that an event is about; -1: a frame that may show any of the group.
 int robot_of(const Event& event) {

@@ -99,7 +99,7 @@ OverheadObserver::Found OverheadObserver::best_robot(const FrameEvidence& eviden
     best.fit.score = -2;
     double second = -10;  // quality of the next best robot that would do
     for (int robot = 0; robot < static_cast<int>(robots_.size()); ++robot) {
-        if (!available(robot)) continue;
+        if (!available(robot) || tried_alike(robot)) continue;
         const Found found = best_fit(evidence, blob, robot, whole);
         const bool better = acceptable(found) != acceptable(best) ? acceptable(found) : quality(found) > quality(best);
         const Found& other = better ? best : found;
@@ -220,6 +220,14 @@ void OverheadObserver::refit_together(const FrameEvidence& evidence) {
         const OutlineFit again = fit_outline(evidence, view_, shapes_[static_cast<std::size_t>(found.robot)], found.fit.pose, others_, settings_.fit);
         if (again.determined) found.fit = again;
     }
+}
+
+/// Has a robot been tried that looks the same? Which of them it is, others must tell.
+bool OverheadObserver::tried_alike(int robot) const {
+    for (int other = 0; other < robot; ++other) {
+        if (available(other) && look_alike(robots_[static_cast<std::size_t>(other)], robots_[static_cast<std::size_t>(robot)])) return true;
+    }
+    return false;
 }
 
 bool OverheadObserver::available(int robot) const {

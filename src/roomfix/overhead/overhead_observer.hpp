@@ -79,6 +79,7 @@ private:
     void refit_together(const FrameEvidence& evidence);
     bool acceptable(const Found& found) const;
     bool available(int robot) const;
+    bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
     std::string reason_for_nothing(const std::vector<Component>& components) const;
     void refresh_background(LumaView frame);

@@ -111,6 +111,13 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
         return Error{message};
     }
     const double before = wall_clock();
+    const double frozen = post.frozen.seconds(frame, time);
+    if (frozen > frozen_after) {
+        set_source_state(index, "frozen", fmt::format("not used: the same picture for {:.1f} s; restart the camera", frozen));
+        const std::lock_guard lock(mutex_);
+        pass_on(time, post.camera.id);
+        return {};
+    }
     if (post.observer) watch(post, frame, time);
     if (post.corners) look_for_corner(post, frame, time);
     if (post.locator) look_up(post, frame, time);
@@ -134,6 +141,7 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
     }
     tell_tracker(post, time);
     const auto quarantine = quarantine_of(post);
+    if (quarantine) state.status = "quarantined";
     state.message = quarantine ? *quarantine : reason_of(post);
     pass_on(time, post.camera.id);
     return {};

@@ -17,6 +17,7 @@
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
 #include "roomfix/pipeline/corner_camera.hpp"
+#include "roomfix/pipeline/frozen_picture.hpp"
 #include "roomfix/pipeline/onboard_locator.hpp"
 #include "roomfix/pipeline/range_ears.hpp"
 #include "roomfix/ranging/range_reader.hpp"
@@ -91,6 +92,7 @@ private:
         LumaImage last;  // for the page
         SourceState state;
         double last_wall = 0;  // s, when the last frame came
+        FrozenPicture frozen;
     };
     explicit SiteRunner(const Site& site);
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, double speed, const std::atomic<bool>& stop,

@@ -184,13 +184,35 @@ Scenario demo_scenario(std::uint64_t seed) {
     scenario.name = scenario.site.name = "demo";
     equip_with_landmarks(scenario);
     scenario.site.robots = {scenario.robots[0].robot};
+    scenario.robots[0].path = {{4.9, 5.50}, {7.90, 5.50}, {7.90, 8.60}, {7.45, 8.60}, {7.45, 5.95}, {4.9, 5.95}};
+    Random random(seed ^ 0xde30);
+    const auto with_wheels = [&](ScenarioRobot robot) {
+        robot.robot.drive = Drive::differential;
+        WheelOdometry odometry;
+        odometry.source = "odometry.csv";
+        robot.robot.odometry = odometry;
+        robot.wheels.scale = random.normal(0.01);
+        robot.wheels.drift = random.normal(0.01);
+        scenario.robots.push_back(robot);
+        scenario.site.robots.push_back(robot.robot);
+    };
+    // A cart whose way leads through a side room that no camera sees.
     ScenarioRobot cart;
     cart.robot = {"cart", Box{0.80, 0.50, 0.60}};
     cart.look = {0.10f, 0.08f, false};
-    cart.path = {{12.4, 10.75}, {9.7, 10.40}, {9.6, 8.3}, {9.9, 8.1}, {9.9, 10.0}};
+    cart.path = {{9.55, 8.3}, {9.95, 8.3}, {9.95, 10.65}, {8.8, 10.65}, {8.8, 10.2}, {9.55, 10.2}};
     cart.speed = 0.3;
-    scenario.robots.push_back(cart);
-    scenario.site.robots.push_back(cart.robot);
+    with_wheels(cart);
+    // Two that look the same and pass each other again and again.
+    for (const char* id : {"a1", "a2"}) {
+        ScenarioRobot twin;
+        twin.robot = {id, Box{0.46, 0.34, 0.35}};
+        twin.look = {0.62f, 0.12f, false};
+        twin.path = {{10.7, 10.22}, {12.5, 10.22}, {12.5, 10.64}, {10.7, 10.64}};
+        twin.speed = 0.25;
+        twin.start = id == std::string("a1") ? 0 : 2.2;
+        with_wheels(twin);
+    }
     add_room(scenario);
     scenario.duration = 90;
     return scenario;

@@ -78,4 +78,9 @@ Eigen::Vector3d half_size(const Shape& shape) {
     return {cylinder.diameter / 2, cylinder.diameter / 2, cylinder.height / 2};
 }
 
+bool look_alike(const SiteRobot& a, const SiteRobot& b) {
+    constexpr double alike = 0.02;  // m
+    return a.shape.index() == b.shape.index() && (half_size(a.shape) - half_size(b.shape)).cwiseAbs().maxCoeff() < alike;
+}
+
 }  // namespace roomfix

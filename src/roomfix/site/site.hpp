@@ -188,6 +188,9 @@ std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& land
 /// Does a wall stand between two places of the map?
 bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
 
+/// Can the two not be told apart from afar, by shape and size?
+bool look_alike(const SiteRobot& a, const SiteRobot& b);
+
 /// Length of the robot along each axis: half sizes of the box around it (m).
 Eigen::Vector3d half_size(const Shape& shape);
 
