@@ -132,7 +132,8 @@ double crowd_cost(int robots) {
 int main() {
     fmt::print("scalar-range updates per second: {:.0f} (goal 1000000)\n", 1 / range_cost(300000));
     fmt::print("pose updates per second: {:.0f} (goal 300000)\n", 1 / pose_cost(1, 100000));
-    for (const int robots : {1, 10, 100, 1000}) fmt::print("{:5} robots: {:.2f} us per robot and pose\n", robots, 1e6 * pose_cost(robots, std::max(60, 20000 / robots)));
+    for (const int robots : {1, 10, 100, 1000})
+        fmt::print("{:5} robots: {:.2f} us per robot and pose\n", robots, 1e6 * pose_cost(robots, std::max(60, 20000 / robots)));
     fmt::print("1000 robots at 30 Hz: {:.3f} s per second (goal < 1)\n", 30000 * pose_cost(1000, 90));
     fmt::print("1000 look-alikes at 30 Hz: {:.3f} s per second (goal < 1)\n", crowd_cost(1000));
     fmt::print("an observation that comes 1 s late: {:.0f} us (goal 200)\n", 1e6 * late_cost());

@@ -14,7 +14,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     site.robots.resize(1);
     site.robots[0].id = "r1";
     switch (data[0] % 3) {
-        case 0: (void)parse_odometry(text, site, size % 2 == 0 ? 0 : -1); break;
+        case 0:
+            (void)parse_odometry(text, site, size % 2 == 0 ? 0 : -1);
+            break;
         case 1: {
             Truth truth;
             for (int i = 0; i < 20; ++i) truth["r1"].push_back({from_seconds(0.1 * i), {0.1 * i, 1, 0}});
@@ -26,7 +28,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         }
         default: {
             const auto truth = parse_truth(text);
-            if (truth) (void)judge(parse_fixes(R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []})"), *truth);
+            if (truth)
+                (void)judge(
+                    parse_fixes(
+                        R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []})"),
+                    *truth);
         }
     }
     return 0;

@@ -81,13 +81,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 tracker.see(time, what < 128 ? "one" : "two", frame);
                 break;
             }
-            case 1: tracker.hear(RangeObservation{time, robot, bytes.byte() % 4, bytes.number(0, 12), bytes.number(0, 0.2)}); break;
-            case 2: tracker.hear(RangeDifferenceObservation{time, robot, {bytes.byte() % 4, bytes.byte() % 4}, bytes.number(-5, 5), bytes.number(0, 0.2)}); break;
-            case 3: tracker.drive({time, robot, {bytes.number(-1, 1), bytes.number(-1, 1), bytes.number(-4, 4)}}); break;
+            case 1:
+                tracker.hear(RangeObservation{time, robot, bytes.byte() % 4, bytes.number(0, 12), bytes.number(0, 0.2)});
+                break;
+            case 2:
+                tracker.hear(RangeDifferenceObservation{time, robot, {bytes.byte() % 4, bytes.byte() % 4}, bytes.number(-5, 5), bytes.number(0, 0.2)});
+                break;
+            case 3:
+                tracker.drive({time, robot, {bytes.number(-1, 1), bytes.number(-1, 1), bytes.number(-4, 4)}});
+                break;
             default: {
                 PlaceSighting places{robot, {}};
-                places.proposals.push_back({{bytes.number(0, 8), bytes.number(0, 6), bytes.number(-4, 4)}, bytes.number(1e-4, 2) * Eigen::Matrix3d::Identity(),
-                                            bytes.byte() % 2 != 0, bytes.number(0, 1)});
+                places.proposals.push_back({{bytes.number(0, 8), bytes.number(0, 6), bytes.number(-4, 4)},
+                                            bytes.number(1e-4, 2) * Eigen::Matrix3d::Identity(),
+                                            bytes.byte() % 2 != 0,
+                                            bytes.number(0, 1)});
                 tracker.propose(time, "places", places);
             }
         }

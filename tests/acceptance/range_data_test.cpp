@@ -166,8 +166,9 @@ TEST(RangeData, TheTrackerLearnsTheRangesErrorsOnPlaza1) {
     }
     const ErrorReport report = judge(recorded, *truth);
     const double wheels = odometry_alone(driven->poses, truth->at("mower"));
-    fmt::print("plaza1, {} fixes: tracker {:.2f} m rms, {:.2f} m median, {:.2f} m at most; odometry alone, told its start, {:.2f} m rms; NEES per dimension {:.2f}\n",
-               report.all.position.count, report.all.position.rms, report.all.position.median, report.all.position.max, wheels, report.all.nees.mean);
+    fmt::print(
+        "plaza1, {} fixes: tracker {:.2f} m rms, {:.2f} m median, {:.2f} m at most; odometry alone, told its start, {:.2f} m rms; NEES per dimension {:.2f}\n",
+        report.all.position.count, report.all.position.rms, report.all.position.median, report.all.position.max, wheels, report.all.nees.mean);
     if (const char* file = std::getenv("ROOMFIX_REPORT")) std::ofstream(file) << html_of(report, "plaza1: ranges and odometry");
     EXPECT_LT(report.all.position.rms, 0.5 * wheels);
     EXPECT_LT(report.all.position.rms, 1.0);

@@ -42,7 +42,9 @@ TEST(Assignment, IsAsCheapAsTheBestOfAllPossibleOnes) {
             trial[row] = -1;
             try_all(row + 1);
             for (const PossiblePair& p : pairs) {
-                if (p.row != static_cast<int>(row) || std::find(trial.begin(), trial.begin() + static_cast<std::ptrdiff_t>(row), p.column) != trial.begin() + static_cast<std::ptrdiff_t>(row)) continue;
+                if (p.row != static_cast<int>(row) ||
+                    std::find(trial.begin(), trial.begin() + static_cast<std::ptrdiff_t>(row), p.column) != trial.begin() + static_cast<std::ptrdiff_t>(row))
+                    continue;
                 trial[row] = p.column;
                 try_all(row + 1);
             }

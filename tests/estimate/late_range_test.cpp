@@ -22,7 +22,8 @@ LatePosterior by_integration(const Gaussian1& prior, double measured, double sig
         };
         const double delayed = both_ways ? 0.5 * (late(e) + late(-e)) : late(e);
         const double likelihood = (1 - model.share - model.wrong) * normal + model.share * delayed + model.wrong / (2 * model.wrong_span);
-        const double p = likelihood * std::exp(-0.5 * (value - prior.mean) * (value - prior.mean) / prior.variance) / std::sqrt(2 * std::numbers::pi * prior.variance) * step;
+        const double p = likelihood * std::exp(-0.5 * (value - prior.mean) * (value - prior.mean) / prior.variance) /
+                         std::sqrt(2 * std::numbers::pi * prior.variance) * step;
         sum += p;
         mean += p * value;
         square += p * value * value;
@@ -52,7 +53,8 @@ TEST(LateRange, StaysFiniteForAnyFiniteInput) {
         for (const double measured : {-1e6, -30.0, 0.0, 5.0, 5.1, 50.0, 1e6}) {
             for (const double sigma : {1e-6, 0.02, 100.0}) {
                 const auto p = measure_range({5, variance}, measured, sigma, {});
-                EXPECT_TRUE(std::isfinite(p.value.mean) && std::isfinite(p.value.variance) && std::isfinite(p.log_evidence)) << variance << " " << measured << " " << sigma;
+                EXPECT_TRUE(std::isfinite(p.value.mean) && std::isfinite(p.value.variance) && std::isfinite(p.log_evidence))
+                    << variance << " " << measured << " " << sigma;
                 EXPECT_GT(p.value.variance, 0);
             }
         }

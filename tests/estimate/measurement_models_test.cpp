@@ -1,8 +1,8 @@
 // Every measurement model against automatic differentiation of an independent formula.
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <unsupported/Eigen/AutoDiff>
 
@@ -147,15 +147,15 @@ TEST(MeasurementModels, CornersHaveTheDerivativesOfAnIndependentFormula) {
         add_slow_states(belief, source);
         // Seen exactly as predicted: there the rotation's residual is its difference to first order.
         const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-        seen.view.corner_from_camera =
-            corner_from_map * map_from_robot(belief.pose()).linear() * camera.robot_from_camera.pose.linear();
+        seen.view.corner_from_camera = corner_from_map * map_from_robot(belief.pose()).linear() * camera.robot_from_camera.pose.linear();
         const auto l = linearise_corner(belief, seen, corner, 5, source);
         ASSERT_TRUE(l);
         const Unknowns u = at(belief.pose());
         const Matrix3 turn = corner_from_map.cast<Dual>() * about_z(u.yaw) * small_turn(u.turned) * camera.robot_from_camera.pose.linear().cast<Dual>();
         const Matrix3 off = turn * seen.view.corner_from_camera.transpose().cast<Dual>();
-        const Vector3 there = corner_from_map.cast<Dual>() * (Vector3(u.x, u.y, Dual(0)) + about_z(u.yaw) * (constant(camera.robot_from_camera.pose.translation()) + u.moved) -
-                                                              constant(corner.position) - u.place);
+        const Vector3 there =
+            corner_from_map.cast<Dual>() * (Vector3(u.x, u.y, Dual(0)) + about_z(u.yaw) * (constant(camera.robot_from_camera.pose.translation()) + u.moved) -
+                                            constant(corner.position) - u.place);
         Eigen::Matrix<Dual, 5, 1> predicted;
         predicted << off(2, 1), off(0, 2), off(1, 0), -there[0] / there[2], -there[1] / there[2];
         expect_derivatives<5>(*l, belief, predicted, 3, SlowKind::corner_place, 5);
@@ -233,7 +233,8 @@ void expect_true_transition(const Belief& start, const Predict& predict_it) {
     predict_it(moved);
     const Eigen::Matrix<double, core_states, core_states> before = start.covariance.topLeftCorner<core_states, core_states>();
     const Eigen::Matrix<double, core_states, core_states> after = moved.covariance.topLeftCorner<core_states, core_states>();
-    const Eigen::Matrix<double, core_states, core_states> expected = by_state * before * by_state.transpose() + exact.covariance.topLeftCorner<core_states, core_states>();
+    const Eigen::Matrix<double, core_states, core_states> expected =
+        by_state * before * by_state.transpose() + exact.covariance.topLeftCorner<core_states, core_states>();
     EXPECT_LT((after - expected).cwiseAbs().maxCoeff(), 1e-7);
 }
 

@@ -1,8 +1,8 @@
 #include "roomfix/estimate/tracker.hpp"
 
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <functional>
 #include <limits>

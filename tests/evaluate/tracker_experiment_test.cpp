@@ -1,8 +1,9 @@
 // The tracker's promises on a smaller scale; the whole runs in the benchmarks.
+#include "roomfix/evaluate/tracker_experiment.hpp"
+
 #include <gtest/gtest.h>
 
 #include "roomfix/evaluate/identity_experiment.hpp"
-#include "roomfix/evaluate/tracker_experiment.hpp"
 
 namespace roomfix {
 namespace {

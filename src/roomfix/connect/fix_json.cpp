@@ -51,7 +51,8 @@ std::string fix_line(const Fix& fix) {
     if (!fix.nis.empty()) {
         line += ", \"nis\": {";
         for (std::size_t i = 0; i < fix.nis.size(); ++i) {
-            line += (i ? ", " : "") + quoted(fix.nis[i].source) + ": [" + number_text(std::round(fix.nis[i].nis * 1e3) / 1e3) + ", " + std::to_string(fix.nis[i].dimensions) + "]";
+            line += (i ? ", " : "") + quoted(fix.nis[i].source) + ": [" + number_text(std::round(fix.nis[i].nis * 1e3) / 1e3) + ", " +
+                    std::to_string(fix.nis[i].dimensions) + "]";
         }
         line += "}";
     }

@@ -49,7 +49,9 @@ std::optional<Columns> read_header(std::string_view line) {
 
 Result<OdometryObservation> read_line(std::string_view line, const Columns& columns, const Site& site, int robot) {
     const auto fields = fields_of(line);
-    const auto field = [&](int column) { return static_cast<std::size_t>(column) < fields.size() ? fields[static_cast<std::size_t>(column)] : std::string_view(); };
+    const auto field = [&](int column) {
+        return static_cast<std::size_t>(column) < fields.size() ? fields[static_cast<std::size_t>(column)] : std::string_view();
+    };
     OdometryObservation pose;
     const auto time = parse_seconds(field(columns.time));
     if (!time) return Error{fmt::format("'{}' is no time in seconds", field(columns.time))};

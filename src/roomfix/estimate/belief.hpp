@@ -18,12 +18,12 @@ constexpr int most_states = core_states + most_slow_states;
 
 /// Errors of sensors that change slowly and are estimated along with the robot.
 enum class SlowKind : std::uint8_t {
-    range_bias,   // m, of one beacon, `component` is its index; -1: of all beacons alike
-    range_scale,  // how much longer all ranges are than the way, as a part of it
-    time_offset,  // s, how much later than stated a camera's pictures were taken
-    calibration,  // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
+    range_bias,      // m, of one beacon, `component` is its index; -1: of all beacons alike
+    range_scale,     // how much longer all ranges are than the way, as a part of it
+    time_offset,     // s, how much later than stated a camera's pictures were taken
+    calibration,     // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
     landmark_place,  // 1, of a landmark's position: x and y, in units of its standard deviation; `source` is its index
-    corner_place,  // 1, of a corner's position: three, in units of its standard deviation; `source` is its index
+    corner_place,    // 1, of a corner's position: three, in units of its standard deviation; `source` is its index
 };
 
 /// Gauss-Markov: it stays as it is over a short time and way, and forgets its value over long ones.

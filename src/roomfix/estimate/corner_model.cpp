@@ -4,7 +4,8 @@
 
 namespace roomfix {
 
-std::optional<Linearised<5>> linearise_corner(const Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source) {
+std::optional<Linearised<5>> linearise_corner(const Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number,
+                                              const OnboardSource& source) {
     const Pose2 pose = belief.pose();
     const Eigen::Isometry3d& mount = source.camera.robot_from_camera.pose;
     const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -53,8 +54,8 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     return l;
 }
 
-std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number,
-                                      const OnboardSource& source, const Doubt& doubt) {
+std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
+                                      const Doubt& doubt) {
     add_slow_states(belief, source);
     for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5, 0});
     return iterated_update<5>(belief, doubt, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });

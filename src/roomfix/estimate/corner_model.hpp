@@ -6,7 +6,8 @@
 
 namespace roomfix {
 
-/// `number`: the corner's index in the site, for the error of its position. Residual: rotation about the corner's x, y, z (rad), then place. Nothing for a camera at or above the corner.
+/// `number`: the corner's index in the site, for the error of its position. Residual: rotation about the corner's x, y, z (rad), then place. Nothing for a
+/// camera at or above the corner.
 std::optional<Linearised<5>> linearise_corner(const Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number,
                                               const OnboardSource& source);
 

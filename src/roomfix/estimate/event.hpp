@@ -53,7 +53,8 @@ struct Event {
     Nanoseconds time = 0;
     int source = 0;  // of the tracker's sources
     int key = 0;     // tells apart what one source says at one time
-    std::variant<PoseObservation, GroupSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation, PlaceSighting, TimePassed> what;
+    std::variant<PoseObservation, GroupSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation, PlaceSighting, TimePassed>
+        what;
 
     bool operator<(const Event& other) const { return std::tie(time, source, key) < std::tie(other.time, other.source, other.key); }
 };

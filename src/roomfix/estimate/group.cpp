@@ -1,17 +1,17 @@
 #include "roomfix/estimate/group.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "roomfix/estimate/look_alikes.hpp"
 
 namespace roomfix {
 namespace {
 
-constexpr double moving_speed = 0.3;  // m/s: a robot without a front looks where it drives
+constexpr double moving_speed = 0.3;   // m/s: a robot without a front looks where it drives
 constexpr double sure_of_place = 0.9;  // weight of a place that is believed
 
 /// The robot that an event is about; -1: a frame that may show any of the group.
@@ -81,7 +81,7 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     const double unseen = to_seconds(time - track.seen);
     const Belief& best = track.belief.best();
     const double sigma = worst_sigma(best.covariance.topLeftCorner<2, 2>());
-    const bool hardly_known = unseen > settings.ok + 2 * to_seconds(track.seen - track.born);
+    const bool hardly_known = track.hardly_known(time, settings.ok);
     if (sigma > settings.lost || hardly_known) {
         fix.reason = sigma > settings.lost ? fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma)
                                            : "it was seen for a moment only";

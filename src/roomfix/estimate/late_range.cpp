@@ -86,9 +86,7 @@ LatePosterior mix(const Gaussian1& prior, double measured, double sigma, const L
 
 }  // namespace
 
-LatePosterior measure_range(const Gaussian1& prior, double measured, double sigma, const LateModel& model) {
-    return mix(prior, measured, sigma, model, false);
-}
+LatePosterior measure_range(const Gaussian1& prior, double measured, double sigma, const LateModel& model) { return mix(prior, measured, sigma, model, false); }
 
 LatePosterior measure_difference(const Gaussian1& prior, double measured, double sigma, const LateModel& model) {
     return mix(prior, measured, sigma, model, true);

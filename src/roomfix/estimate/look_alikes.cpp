@@ -3,14 +3,17 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "roomfix/estimate/assignment.hpp"
 
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_accounts = 6;
-constexpr double same = 0.5;  // squared distance of poses below which two accounts of a robot are one
+constexpr std::size_t most_accounts = 8;
+constexpr double no_robot = 0.1;  // share of new tracks that are none of the group
+constexpr double ask_again = 1;   // s until a track that got no name may get one
+constexpr double same = 0.5;      // squared distance of poses below which two accounts of a robot are one
 constexpr double close_call = 6;  // difference of cost (twice the nats) up to which two robots may have been mixed up
 
 const Shape& shape_of(const Track& track, const TrackingModels& models) { return models.site.robots[static_cast<std::size_t>(track.robot)].shape; }
@@ -21,7 +24,8 @@ double distance(const Track& track, const PoseObservation& observation, const Tr
     const Eigen::Vector2d off = Eigen::Vector2d(observation.pose.x, observation.pose.y) - belief.mean.head<2>();
     // A quarter of the size keeps disagreeing cameras and people's swinging arms one target.
     const double slack = models.site.robots[static_cast<std::size_t>(track.robot)].many ? 0.25 * half_size(shape_of(track, models)).x() : 0;
-    const Eigen::Matrix2d spread = belief.covariance.topLeftCorner<2, 2>() + observation.covariance.topLeftCorner<2, 2>() + slack * slack * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d spread =
+        belief.covariance.topLeftCorner<2, 2>() + observation.covariance.topLeftCorner<2, 2>() + slack * slack * Eigen::Matrix2d::Identity();
     return off.dot(spread.inverse() * off);
 }
 
@@ -64,7 +68,7 @@ void start_track(Account& account, const PoseObservation& observation, const Eve
     account.tracks.push_back(track);
 }
 
-/// Takes the sightings as assigned; returns the log evidence of the named robots.
+/// Takes the sightings as assigned; returns their log evidence.
 double take_assigned(Account& account, const std::vector<int>& column_of, const GroupSighting& frame, const Event& event, const Group& group,
                      const TrackingModels& models) {
     double evidence = 0;
@@ -77,10 +81,14 @@ double take_assigned(Account& account, const std::vector<int>& column_of, const 
         if (column_of[t] < 0) continue;
         used[static_cast<std::size_t>(column_of[t])] = 1;
         const double one = take_pose(track, frame.robots[static_cast<std::size_t>(column_of[t])], event.source, models, group.many);
-        if (track.named) evidence += one;
+        evidence += one;
     }
+    // What belongs to no track may be anything anywhere.
+    const double stray = std::log(models.settings.outliers) - std::log(models.settings.area * 2 * std::numbers::pi);
     for (std::size_t o = 0; o < frame.robots.size(); ++o) {
-        if (!used[o]) start_track(account, frame.robots[o], event, group, models);
+        if (used[o]) continue;
+        start_track(account, frame.robots[o], event, group, models);
+        evidence += stray;
     }
     return evidence;
 }
@@ -110,46 +118,47 @@ void drop_doubles(Account& account, const TrackingModels& models) {
     std::erase_if(account.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
 }
 
-/// Robots of the group that the account does not follow at present, with the nats that it costs to find them elsewhere.
-std::vector<std::pair<int, double>> free_robots(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    std::vector<std::pair<int, double>> free;
+/// Robots of the group that the account has not seen yet, or has lost.
+std::vector<int> free_robots(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    std::vector<int> free;
     for (const int robot : group.robots) {
         const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
-        if (known == account.tracks.end()) {
-            free.emplace_back(robot, 0);
-        } else if (to_seconds(time - known->seen) > models.settings.ok) {
-            const double sigma = std::sqrt(known->belief.best().covariance(0, 0) + known->belief.best().covariance(1, 1));
-            free.emplace_back(robot, sigma < models.settings.lost ? -std::log(models.settings.kidnapping) : 0);
-        }
+        const auto sigma = [&] { return std::sqrt(known->belief.best().covariance(0, 0) + known->belief.best().covariance(1, 1)); };
+        if (known == account.tracks.end() || sigma() > models.settings.lost || known->hardly_known(time, models.settings.ok)) free.push_back(robot);
     }
     return free;
 }
 
-/// New tracks that were seen often enough get the names of robots that are not followed: one account for each way to do it.
+/// The account with a name given to one of its tracks; a lost track of that name ends.
+Account with_name(Account account, std::size_t index, int robot) {
+    account.tracks[index].named = true;
+    account.tracks[index].robot = robot;
+    std::size_t i = 0;
+    std::erase_if(account.tracks, [&](const Track& t) { return i++ != index && t.named && t.robot == robot; });
+    return account;
+}
+
+/// New tracks that were seen often enough get the names of robots that are not followed: one account for each way to do it, and one in
+/// which the track is no robot of the group at all.
 void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
     for (std::size_t s = 0; s < state.accounts.size(); ++s) {
-        const auto fresh = [&](const Track& t) { return !t.named && t.sightings >= models.settings.confirmations; };
-        for (;;) {
-            Account& account = state.accounts[s];
-            const auto unnamed = std::find_if(account.tracks.begin(), account.tracks.end(), fresh);
-            if (unnamed == account.tracks.end()) break;
-            const auto free = free_robots(account, time, group, models);
-            if (free.empty()) break;
-            const auto index = unnamed - account.tracks.begin();
-            const Account before = account;
-            for (std::size_t f = 0; f < free.size() && (f == 0 || state.accounts.size() < most_accounts); ++f) {
-                Account named = before;
-                named.tracks[static_cast<std::size_t>(index)].named = true;
-                named.tracks[static_cast<std::size_t>(index)].robot = free[f].first;
-                named.log_weight -= free[f].second + std::log(static_cast<double>(free.size()));
-                std::size_t i = 0;
-                std::erase_if(named.tracks, [&](const Track& t) { return static_cast<std::ptrdiff_t>(i++) != index && t.named && t.robot == free[f].first; });
-                if (f == 0) {
-                    state.accounts[s] = named;
-                } else {
-                    state.accounts.push_back(named);
-                }
+        for (std::size_t t = 0; t < state.accounts[s].tracks.size(); ++t) {
+            const Track& track = state.accounts[s].tracks[t];
+            if (track.named || track.sightings < models.settings.confirmations || to_seconds(time - track.declined) < ask_again) continue;
+            const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
+            if (free.empty()) continue;
+            Account unnamed = state.accounts[s];
+            unnamed.tracks[t].declined = time;
+            unnamed.log_weight += std::log(no_robot);
+            const double share = std::log((1 - no_robot) / static_cast<double>(free.size()));
+            for (std::size_t f = 1; f < free.size() && state.accounts.size() < most_accounts; ++f) {
+                state.accounts.push_back(with_name(state.accounts[s], t, free[f]));
+                state.accounts.back().log_weight += share;
             }
+            if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
+            state.accounts[s] = with_name(state.accounts[s], t, free[0]);
+            state.accounts[s].log_weight += share;
+            break;  // its tracks have changed; the next frame goes on
         }
     }
 }
@@ -193,9 +202,7 @@ std::vector<std::vector<int>> close_exchanges(const Account& account, const std:
     for (std::size_t a = 0; a < account.tracks.size(); ++a) {
         for (std::size_t b = a + 1; b < account.tracks.size(); ++b) {
             if (!account.tracks[a].named || !account.tracks[b].named || (column_of[a] < 0 && column_of[b] < 0)) continue;
-            const auto cost = [&](std::size_t row, int column) {
-                return column < 0 ? alone : cost_of(pairs, static_cast<int>(row), column, 1e9);
-            };
+            const auto cost = [&](std::size_t row, int column) { return column < 0 ? alone : cost_of(pairs, static_cast<int>(row), column, 1e9); };
             const double more = cost(a, column_of[b]) + cost(b, column_of[a]) - cost(a, column_of[a]) - cost(b, column_of[b]);
             if (more > close_call) continue;
             exchanges.push_back(column_of);

@@ -8,10 +8,10 @@ namespace roomfix {
 
 /// What slow errors a fixed camera has.
 struct PoseSource {
-    int source = 0;                     // of the tracker's sources
-    Matrix6d root = Matrix6d::Zero();   // a root of the covariance of its pose
-    double calibration_memory = 1e5;    // s: over that time its pose changes
-    double time_offset_sigma = 0;       // s; 0: its time stamps are right
+    int source = 0;                    // of the tracker's sources
+    Matrix6d root = Matrix6d::Zero();  // a root of the covariance of its pose
+    double calibration_memory = 1e5;   // s: over that time its pose changes
+    double time_offset_sigma = 0;      // s; 0: its time stamps are right
 };
 
 /// A matrix whose product with its transpose is the covariance.

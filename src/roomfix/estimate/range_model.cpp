@@ -23,8 +23,7 @@ Surprise update_twice(Belief& belief, double distance, const Predict& predict, c
         Eigen::Matrix<double, 1, most_columns> by_state;
         const Pose2 pose = taken.pose();
         const double there = predict(at, taken, states, by_state);
-        const double predicted =
-            there + by_state[0] * (pose.x - at.x) + by_state[1] * (pose.y - at.y) + by_state[2] * (pose.yaw - at.yaw);
+        const double predicted = there + by_state[0] * (pose.x - at.x) + by_state[1] * (pose.y - at.y) + by_state[2] * (pose.yaw - at.yaw);
         return update_scalar(taken, predicted, states, by_state, measure);
     };
     if (spread_of(belief) < flat * distance) return surprise_of(once(belief, belief.pose()));

@@ -18,8 +18,8 @@ struct RangeSource {
 
 /// A predicted range with its derivatives by the pose.
 struct PredictedRange {
-    double range = 0;                                      // m
-    Eigen::Vector3d by_pose = Eigen::Vector3d::Zero();     // x, y, yaw
+    double range = 0;                                   // m
+    Eigen::Vector3d by_pose = Eigen::Vector3d::Zero();  // x, y, yaw
 };
 PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon);
 

@@ -8,7 +8,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double moving_speed = 0.15;    // m/s: faster, the direction of motion tells which end is the front
+constexpr double moving_speed = 0.15;      // m/s: faster, the direction of motion tells which end is the front
 constexpr double memory_of_health = 0.05;  // of one observation
 constexpr double confirmed_within = 2.0;   // s: so old may another source's word be to judge by
 constexpr double sure_enough = 0.2;        // m: a place known less judges nobody
@@ -274,7 +274,8 @@ std::vector<PlaceProposal> places_of(const PoseObservation& observation) {
 
 /// A body that looks the same from several sides, and drives another way than it faces: perhaps it faces that way.
 void doubt_the_front(Track& track, const PoseObservation& observation, const TrackingModels& models) {
-    if (observation.like_turns < 2 || track.belief.hypotheses.size() > 1 || models.motion[static_cast<std::size_t>(track.robot)].drive == Drive::holonomic) return;
+    if (observation.like_turns < 2 || track.belief.hypotheses.size() > 1 || models.motion[static_cast<std::size_t>(track.robot)].drive == Drive::holonomic)
+        return;
     const Belief& belief = track.belief.best();
     const Eigen::Vector2d velocity = belief.mean.segment<2>(state_vx);
     const double forward = velocity.dot(Eigen::Vector2d(std::cos(belief.mean[state_yaw]), std::sin(belief.mean[state_yaw])));

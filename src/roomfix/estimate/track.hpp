@@ -17,11 +17,11 @@ constexpr Nanoseconds never = std::numeric_limits<Nanoseconds>::min() / 2;
 struct SourceHealth {
     int source = 0;
     Nanoseconds seen = never;  // its last observation that was believed
-    double right = 1;         // smoothed probability that it is right, of observations that something else can confirm
+    double right = 1;          // smoothed probability that it is right, of observations that something else can confirm
     int judged = 0;
-    double distance = 0;      // m, smoothed: how far off it is
+    double distance = 0;  // m, smoothed: how far off it is
     bool quarantined = false;
-    double nis = 0;            // of its last observation, with its dimensions
+    double nis = 0;  // of its last observation, with its dimensions
     int dimensions = 0;
     Nanoseconds judged_at = never;
 };
@@ -30,19 +30,22 @@ struct SourceHealth {
 constexpr double most_budget = 5;
 
 struct Track {
-    int robot = -1;   // index in the site's robots: itself, or the first of its look-alikes while nobody knows which one
-    int number = 0;   // of a robot of which there are many; 0: not reported yet
+    int robot = -1;  // index in the site's robots: itself, or the first of its look-alikes while nobody knows which one
+    int number = 0;  // of a robot of which there are many; 0: not reported yet
     bool named = false;
     RobotBelief belief;
     Nanoseconds time = 0;  // of the belief
     Nanoseconds born = 0;
     Nanoseconds seen = 0;  // last observation that was believed
     int sightings = 0;
-    double presence = 1;  // part of the last frames of its cameras that showed it
-    double budget = most_budget;    // nats, how far evidence may still turn the balance between hypotheses
+    Nanoseconds declined = never;  // when it last got no name
+    double presence = 1;           // part of the last frames of its cameras that showed it
+    double budget = most_budget;   // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
 
     bool alive() const { return !belief.hypotheses.empty(); }
+    /// Not seen for longer than it was seen: perhaps it never was there.
+    bool hardly_known(Nanoseconds now, double patience) const { return to_seconds(now - seen) > patience + 2 * to_seconds(seen - born); }
 };
 
 /// Moves a track to a time, by odometry where there is any. Not into the past.

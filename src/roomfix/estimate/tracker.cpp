@@ -8,18 +8,17 @@ namespace roomfix {
 namespace {
 
 constexpr Nanoseconds longest_silence = 100'000'000;  // ns: an older state is brought up to date by odometry
-constexpr Nanoseconds far_apart = 10'000'000'000;  // ns: no source is that far ahead of or behind the others
+constexpr Nanoseconds far_apart = 10'000'000'000;     // ns: no source is that far ahead of or behind the others
 
 bool usable(const PoseObservation& o) {
-    if (!std::isfinite(o.pose.x) || !std::isfinite(o.pose.y) || !std::isfinite(o.pose.yaw) || !o.covariance.allFinite() || !o.by_camera.allFinite()) return false;
+    if (!std::isfinite(o.pose.x) || !std::isfinite(o.pose.y) || !std::isfinite(o.pose.yaw) || !o.covariance.allFinite() || !o.by_camera.allFinite())
+        return false;
     const int dimensions = o.yaw_known ? 3 : 2;
     const Eigen::MatrixXd part = o.covariance.topLeftCorner(dimensions, dimensions);
     return Eigen::LLT<Eigen::MatrixXd>(part).info() == Eigen::Success && part.diagonal().minCoeff() > 0;
 }
 
-bool usable(const PlaceProposal& p) {
-    return usable(PoseObservation{0, p.pose, p.yaw_known, p.covariance}) && std::isfinite(p.weight) && p.weight > 0;
-}
+bool usable(const PlaceProposal& p) { return usable(PoseObservation{0, p.pose, p.yaw_known, p.covariance}) && std::isfinite(p.weight) && p.weight > 0; }
 
 bool usable(const LandmarkObservation& o) {
     return std::all_of(o.points.begin(), o.points.end(),
@@ -27,7 +26,15 @@ bool usable(const LandmarkObservation& o) {
 }
 
 bool usable(const CornerObservation& o) {
-    return o.view.corner_from_camera.allFinite() && o.view.place.allFinite() && o.covariance.allFinite() && Eigen::LLT<Matrix5d>(o.covariance).info() == Eigen::Success;
+    return o.view.corner_from_camera.allFinite() && o.view.place.allFinite() && o.covariance.allFinite() &&
+           Eigen::LLT<Matrix5d>(o.covariance).info() == Eigen::Success;
+}
+
+/// Does a sighting stand inside another one of the same frame? Robots of one group cannot: it is the same robot seen twice.
+bool stands_inside(const PoseObservation& o, const std::vector<PoseObservation>& others, const SiteRobot& robot) {
+    const double least = half_size(robot.shape).head<2>().minCoeff();
+    return !robot.many && std::any_of(others.begin(), others.end(),
+                                      [&](const PoseObservation& other) { return std::hypot(o.pose.x - other.pose.x, o.pose.y - other.pose.y) < least; });
 }
 
 bool all_usable(const std::vector<PlaceProposal>& places) {
@@ -69,10 +76,34 @@ bool Tracker::plausible_time(Nanoseconds time) {
 void Tracker::add(std::size_t group, const Event& event) {
     const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); };
     switch (buffers_[group].add(event, run)) {
-        case Taken::yes: ++counts_.used; break;
-        case Taken::late: ++counts_.late; break;
-        case Taken::twice: ++counts_.twice; break;
+        case Taken::yes:
+            ++counts_.used;
+            break;
+        case Taken::late:
+            ++counts_.late;
+            break;
+        case Taken::twice:
+            ++counts_.twice;
+            break;
     }
+}
+
+/// Does a robot of its own look surely stand where this look-alike is seen? Then it is that robot, badly seen.
+bool Tracker::taken_by_another(Nanoseconds time, const PoseObservation& o) const {
+    constexpr double sure = 0.01;     // m^2, variance of the place
+    constexpr double overlap = 0.75;  // of the half widths together
+    const std::size_t group = group_of(o.robot);
+    if (groups_[group].many) return false;
+    const double own = half_size(models_.site.robots[static_cast<std::size_t>(o.robot)].shape).head<2>().minCoeff();
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (g == group || !groups_[g].alone() || buffers_[g].empty()) continue;
+        for (const Fix& fix : fixes_at(buffers_[g].newest(), time, groups_[g], models_)) {
+            const double other = half_size(models_.site.robots[static_cast<std::size_t>(groups_[g].robots.front())].shape).head<2>().minCoeff();
+            if (fix.status != FixStatus::ok || fix.covariance.topLeftCorner<2, 2>().trace() > sure) continue;
+            if (std::hypot(o.pose.x - fix.pose.x, o.pose.y - fix.pose.y) < overlap * (own + other)) return true;
+        }
+    }
+    return false;
 }
 
 void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots) {
@@ -89,7 +120,7 @@ void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const P
         // A tag says which of the look-alikes it is.
         if (groups_[group].alone() || (o.identified && !groups_[group].many)) {
             add(group, {time, source, ++key, o});
-        } else {
+        } else if (!stands_inside(o, sightings[group].robots, models_.site.robots[static_cast<std::size_t>(o.robot)]) && !taken_by_another(time, o)) {
             sightings[group].robots.push_back(o);
         }
     }
@@ -176,14 +207,19 @@ const Track* Tracker::track(int robot) const {
     return nullptr;
 }
 
-std::optional<PoseObservation> Tracker::expected(int robot, Nanoseconds time) const {
+std::optional<Fix> Tracker::fix(int robot, Nanoseconds time) const {
     if (!knows_robot(robot)) return std::nullopt;
     const std::size_t group = group_of(robot);
     for (const Fix& fix : fixes_at(buffers_[group].newest(), time, groups_[group], models_)) {
-        if (fix.status == FixStatus::none || fix.robot != models_.site.robots[static_cast<std::size_t>(robot)].id) continue;
-        return PoseObservation{robot, fix.pose, fix.yaw_known, fix.covariance};
+        if (fix.robot == models_.site.robots[static_cast<std::size_t>(robot)].id) return fix;
     }
     return std::nullopt;
+}
+
+std::optional<PoseObservation> Tracker::expected(int robot, Nanoseconds time) const {
+    const auto found = fix(robot, time);
+    if (!found || found->status == FixStatus::none) return std::nullopt;
+    return PoseObservation{robot, found->pose, found->yaw_known, found->covariance};
 }
 
 std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
@@ -203,7 +239,8 @@ std::vector<Quarantine> Tracker::quarantines() const {
     for (const Buffer& buffer : buffers_) {
         for (const Track& track : buffer.newest().accounts.front().tracks) {
             for (const SourceHealth& source : track.sources) {
-                if (source.quarantined) all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance});
+                if (source.quarantined)
+                    all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance});
             }
         }
     }

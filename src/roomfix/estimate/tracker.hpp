@@ -17,10 +17,10 @@ namespace roomfix {
 /// What was not used, and why.
 struct TrackerCounts {
     long used = 0;
-    long late = 0;       // older than the lag
-    long twice = 0;      // the same source at the same time
-    long impossible = 0; // not finite, not positive definite, an unknown robot, beacon or camera
-    long strayed = 0;    // a time far from all others
+    long late = 0;        // older than the lag
+    long twice = 0;       // the same source at the same time
+    long impossible = 0;  // not finite, not positive definite, an unknown robot, beacon or camera
+    long strayed = 0;     // a time far from all others
 };
 
 /// A source that is not believed for a robot at present.
@@ -46,6 +46,8 @@ public:
     /// Where a robot may be, found from several observations together: tracking starts or recovers there.
     void propose(Nanoseconds time, const std::string& source, const PlaceSighting& places);
 
+    /// A robot that is not one of many, at a time not before its last observation; nothing if it is not tracked.
+    std::optional<Fix> fix(int robot, Nanoseconds time) const;
     /// Where a robot that is not one of many is expected at a time, if it is tracked and not lost.
     std::optional<PoseObservation> expected(int robot, Nanoseconds time) const;
     /// All robots at a time; into the past as far as the lag reaches.
@@ -60,6 +62,7 @@ public:
 private:
     using Buffer = LagBuffer<GroupState, Event>;
     bool plausible_time(Nanoseconds time);
+    bool taken_by_another(Nanoseconds time, const PoseObservation& o) const;
     void add(std::size_t group, const Event& event);
     std::size_t group_of(int robot) const { return group_of_[static_cast<std::size_t>(robot)]; }
     bool knows_robot(int robot) const { return robot >= 0 && static_cast<std::size_t>(robot) < models_.site.robots.size(); }

@@ -14,23 +14,23 @@ struct TrackerSettings {
     OdometryNoise odometry;
     OdometryLimits odometry_limits;
     LateModel late;
-    double range_bias_memory = 600;      // s
-    double time_offset_sigma = 0;        // s, of cameras' time stamps; 0: they are right
+    double range_bias_memory = 600;  // s
+    double time_offset_sigma = 0;    // s, of cameras' time stamps; 0: they are right
 
-    double outliers = 0.01;        // share of observations that are wrong altogether
-    double gate = 9;               // squared Mahalanobis distance, beyond twice the mean of a right one, at which right and wrong are equally likely
-    double area = 100;             // m^2: over it wrong poses are spread
-    double conviction = 10;        // nats per second: how fast evidence may turn the balance between hypotheses
-    double kidnapping = 1e-3;      // weight of a new place that contradicts the old
-    double backwards = 5;          // nats per metre: how unlikely robots drive backwards where their front is unknown
+    double outliers = 0.01;    // share of observations that are wrong altogether
+    double gate = 9;           // squared Mahalanobis distance, beyond twice the mean of a right one, at which right and wrong are equally likely
+    double area = 100;         // m^2: over it wrong poses are spread
+    double conviction = 10;    // nats per second: how fast evidence may turn the balance between hypotheses
+    double kidnapping = 1e-3;  // weight of a new place that contradicts the old
+    double backwards = 5;      // nats per metre: how unlikely robots drive backwards where their front is unknown
 
-    double start_speed = 0.7;      // m/s (1 sigma)
-    double start_turning = 1.0;    // rad/s (1 sigma)
-    double ok = 0.35;              // s without an absolute observation until a fix is coasting
-    double lost = 0.6;             // m (1 sigma, worst direction): a place known less is no fix
-    double confirmations = 2;      // observations before one of several look-alikes is reported at a new place
-    double forget = 5;             // s until a lost look-alike is dropped
-    double like_gate = 16;         // squared distance beyond which a sighting is another of the look-alikes
+    double start_speed = 0.7;    // m/s (1 sigma)
+    double start_turning = 1.0;  // rad/s (1 sigma)
+    double ok = 0.35;            // s without an absolute observation until a fix is coasting
+    double lost = 0.6;           // m (1 sigma, worst direction): a place known less is no fix
+    double confirmations = 2;    // observations before one of several look-alikes is reported at a new place
+    double forget = 5;           // s until a lost look-alike is dropped
+    double like_gate = 16;       // squared distance beyond which a sighting is another of the look-alikes
 
     double quarantine_below = 0.3;  // mean probability of being right: a source below is no longer believed ...
     double readmit_above = 0.7;     // ... until it is above this again

@@ -28,10 +28,10 @@ struct TrackingModels {
 
     Site site;
     TrackerSettings settings;
-    std::vector<MotionModel> motion;        // of each robot
-    std::vector<RangeSource> ranges;        // of each robot
-    std::vector<OdometryPrior> odometry;    // of each robot
-    std::vector<OdometryTrack> driven;      // of each robot: what its wheels said
+    std::vector<MotionModel> motion;      // of each robot
+    std::vector<RangeSource> ranges;      // of each robot
+    std::vector<OdometryPrior> odometry;  // of each robot
+    std::vector<OdometryTrack> driven;    // of each robot: what its wheels said
     std::vector<LandmarkShape> shapes;
     std::vector<std::vector<Eigen::Vector3d>> landmark_points;  // of each landmark, map
     std::vector<std::string> source_names;

@@ -16,7 +16,7 @@ template <int Rows>
 struct Linearised {
     Eigen::Matrix<double, Rows, 1> residual = Eigen::Matrix<double, Rows, 1>::Zero();  // measured - predicted
     Eigen::Matrix<double, Rows, Rows> noise = Eigen::Matrix<double, Rows, Rows>::Zero();
-    FixedList<int, most_columns> states;  // the states that the prediction depends on ...
+    FixedList<int, most_columns> states;                                                                     // the states that the prediction depends on ...
     Eigen::Matrix<double, Rows, most_columns> by_state = Eigen::Matrix<double, Rows, most_columns>::Zero();  // ... and its derivatives, one column each
 
     void depends(int state, const Eigen::Matrix<double, Rows, 1>& derivative) {
@@ -102,8 +102,8 @@ Surprise update(Belief& belief, const Linearised<Rows>& measured, const Doubt& d
 /// One number whose distribution is not normal: `measure` turns what is believed of the predicted value into what is believed of it
 /// afterwards. The state follows by its correlation with it.
 template <class Measure>
-LatePosterior update_scalar(Belief& belief, double predicted, const FixedList<int, most_columns>& states, const Eigen::Matrix<double, 1, most_columns>& by_state,
-                            const Measure& measure) {
+LatePosterior update_scalar(Belief& belief, double predicted, const FixedList<int, most_columns>& states,
+                            const Eigen::Matrix<double, 1, most_columns>& by_state, const Measure& measure) {
     const int size = belief.size;
     StateVector cross;
     cross.head(size).setZero();

@@ -24,16 +24,16 @@ struct JudgedFix {
 
 /// A mean of normalised squares beside what truthful covariances give.
 struct Consistency {
-    double mean = 0;      // per dimension: 1 is truthful
-    double low = 0, high = 0;  // 95 % band of that mean
+    double mean = 0;              // per dimension: 1 is truthful
+    double low = 0, high = 0;     // 95 % band of that mean
     std::size_t independent = 0;  // fixes that count as independent: two seconds apart
 };
 
 /// What a group of fixes is worth.
 struct ErrorTable {
     std::string name;
-    Summary position;       // m
-    Summary yaw;            // rad, of fixes with a yaw
+    Summary position;  // m
+    Summary yaw;       // rad, of fixes with a yaw
     Consistency nees;
     double stated_sigma = 0;  // m: rms of what the covariances say of the place
 };
@@ -41,21 +41,21 @@ struct ErrorTable {
 struct ErrorReport {
     ErrorTable all;
     std::vector<ErrorTable> robots, sources;
-    Summary relative_position;  // m: error of the way driven in one second
-    Summary relative_yaw;       // rad
-    double availability = 0;    // part of the true time that has a fix that is not older than `fresh`
-    double coasting = 0;        // part of the fixes
-    int identity_switches = 0;  // a robot's name moves to another robot
-    int flagged_switches = 0;   // of these: `identity` said that it was doubtful
+    Summary relative_position;                             // m: error of the way driven in one second
+    Summary relative_yaw;                                  // rad
+    double availability = 0;                               // part of the true time that has a fix that is not older than `fresh`
+    double coasting = 0;                                   // part of the fixes
+    int identity_switches = 0;                             // a robot's name moves to another robot
+    int flagged_switches = 0;                              // of these: `identity` said that it was doubtful
     std::vector<std::pair<std::string, Consistency>> nis;  // by source, where the fixes state it
     std::vector<std::string> unknown_robots;               // in the fixes, not in the truth
     std::vector<JudgedFix> fixes;
 };
 
 struct ReportOptions {
-    double symmetry = 0;   // rad: yaws that many apart are the same; 0: none are
-    double fresh = 0.25;   // s
-    double apart = 0.5;    // m: a fix so near to another robot and farther from its own has the wrong name
+    double symmetry = 0;  // rad: yaws that many apart are the same; 0: none are
+    double fresh = 0.25;  // s
+    double apart = 0.5;   // m: a fix so near to another robot and farther from its own has the wrong name
 };
 
 /// Robots of which there are many ("cart-3") are compared with the nearest of that kind.

@@ -39,17 +39,18 @@ PoseObservation observed(const Pose2& at, double sigma, double yaw_sigma, int ro
     PoseObservation o;
     o.robot = robot;
     o.like_turns = 4;
-    o.pose = {at.x + random.normal(sigma), at.y + random.normal(sigma), wrap_angle(at.yaw + random.normal(yaw_sigma) + 0.5 * std::numbers::pi * random.index(4))};
+    o.pose = {at.x + random.normal(sigma), at.y + random.normal(sigma),
+              wrap_angle(at.yaw + random.normal(yaw_sigma) + 0.5 * std::numbers::pi * random.index(4))};
     o.covariance = Eigen::Vector3d(sigma * sigma, sigma * sigma, yaw_sigma * yaw_sigma).asDiagonal();
     return o;
 }
 
 /// Drives towards the middle at `speed`, and goes on or turns back there: a turn takes a second on the spot.
 struct Passage {
-    double side = -1;   // which end it starts from
-    double lane = 0;    // m
+    double side = -1;  // which end it starts from
+    double lane = 0;   // m
     double speed = 0.4;
-    double meet = 5;    // s
+    double meet = 5;  // s
     bool turns_back = false;
 
     Pose2 at(double t) const {
@@ -85,7 +86,9 @@ void cross(bool odometry, std::uint64_t seed, CrossingResult& result) {
         way = {r == 0 ? -1.0 : 1.0, (r == 0 ? -0.25 : 0.25) * body.width, random.uniform(0.2, 0.5), 5, back};
     }
     std::array<std::optional<WheelSimulator>, 2> wheels;
-    for (std::size_t r = 0; r < 2; ++r) wheels[r].emplace(random_wheels(random), [way = ways[r]](double t) { return way.at(t); }, random.bits());
+    for (std::size_t r = 0; r < 2; ++r)
+        wheels[r].emplace(
+            random_wheels(random), [way = ways[r]](double t) { return way.at(t); }, random.bits());
     // Their names are told once, as a tag or a person would.
     for (int r = 0; r < 2; ++r) {
         PoseObservation first = observed(ways[static_cast<std::size_t>(r)].at(0), 0.01, 0.02, r, random);
@@ -248,7 +251,8 @@ KidnappingResult simulate_kidnappings(int runs, std::uint64_t seed) {
         const Pose2 to = place();
         constexpr double carried = 6, seen_again = 8;
         const double rate = random.uniform(2, 20);
-        WheelSimulator wheels(random_wheels(random), [&](double) { return from; }, random.bits());
+        WheelSimulator wheels(
+            random_wheels(random), [&](double) { return from; }, random.bits());
         ++result.runs;
         double found = -1;
         for (double t = 0; t < seen_again + 3; t += 1 / rate) {

@@ -7,10 +7,10 @@ namespace roomfix {
 
 struct CrossingResult {
     int crossings = 0;
-    int switches = 0;        // a name followed the other robot two seconds after the crossing
-    int flagged = 0;         // of these: `identity` was below 0.95 since
-    int false_alarms = 0;    // crossings without a switch that end with a doubtful identity
-    int lost = 0;            // a robot without a fix at the end
+    int switches = 0;      // a name followed the other robot two seconds after the crossing
+    int flagged = 0;       // of these: `identity` was below 0.95 since
+    int false_alarms = 0;  // crossings without a switch that end with a doubtful identity
+    int lost = 0;          // a robot without a fix at the end
 };
 
 /// Two robots of the same look pass each other with their outlines overlapping by half, or turn back just there. One camera sees them at
@@ -19,8 +19,8 @@ CrossingResult simulate_crossings(int crossings, bool odometry, std::uint64_t se
 
 struct CornerChoiceResult {
     int runs = 0;
-    int right_at_once = 0;   // the right corner at the first picture
-    int right = 0;           // after two metres
+    int right_at_once = 0;  // the right corner at the first picture
+    int right = 0;          // after two metres
 };
 
 /// A robot wakes up in a rectangular room whose four corners look the same; it drives two metres and hears one beacon.
@@ -28,8 +28,8 @@ CornerChoiceResult choose_among_corners(int runs, std::uint64_t seed);
 
 struct KidnappingResult {
     int runs = 0;
-    int found = 0;            // within two seconds of the first picture at the new place
-    double longest = 0;       // s, of those found
+    int found = 0;       // within two seconds of the first picture at the new place
+    double longest = 0;  // s, of those found
 };
 
 /// A robot with odometry is carried away while nobody looks.

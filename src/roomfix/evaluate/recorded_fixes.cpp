@@ -177,8 +177,8 @@ std::optional<Pose2> pose_at(const std::vector<StampedPose>& poses, Nanoseconds 
 std::string tum_text(const std::vector<StampedPose>& poses) {
     std::string text;
     for (const StampedPose& p : poses) {
-        text += fmt::format("{} {} {} 0 0 0 {} {}\n", seconds_text(p.time), number_text(p.pose.x), number_text(p.pose.y), number_text(std::sin(0.5 * p.pose.yaw)),
-                            number_text(std::cos(0.5 * p.pose.yaw)));
+        text += fmt::format("{} {} {} 0 0 0 {} {}\n", seconds_text(p.time), number_text(p.pose.x), number_text(p.pose.y),
+                            number_text(std::sin(0.5 * p.pose.yaw)), number_text(std::cos(0.5 * p.pose.yaw)));
     }
     return text;
 }

@@ -25,25 +25,36 @@ std::string row(const ErrorTable& t) {
                        millimetres(t.stated_sigma));
 }
 
-json summary_json(const Summary& s) {
-    return {{"count", s.count}, {"rmse", s.rms}, {"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}};
-}
+json summary_json(const Summary& s) { return {{"count", s.count}, {"rmse", s.rms}, {"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}}; }
 
 json consistency_json(const Consistency& c) { return {{"mean", c.mean}, {"band", {c.low, c.high}}, {"independent", c.independent}}; }
 
 json table_json(const ErrorTable& t) {
-    return {{"name", t.name}, {"position", summary_json(t.position)}, {"yaw", summary_json(t.yaw)}, {"nees", consistency_json(t.nees)}, {"stated_sigma", t.stated_sigma}};
+    return {{"name", t.name},
+            {"position", summary_json(t.position)},
+            {"yaw", summary_json(t.yaw)},
+            {"nees", consistency_json(t.nees)},
+            {"stated_sigma", t.stated_sigma}};
 }
 
 std::string escaped(const std::string& text) {
     std::string safe;
     for (const char c : text) {
         switch (c) {
-            case '<': safe += "&lt;"; break;
-            case '>': safe += "&gt;"; break;
-            case '&': safe += "&amp;"; break;
-            case '"': safe += "&quot;"; break;
-            default: safe += c;
+            case '<':
+                safe += "&lt;";
+                break;
+            case '>':
+                safe += "&gt;";
+                break;
+            case '&':
+                safe += "&amp;";
+                break;
+            case '"':
+                safe += "&quot;";
+                break;
+            default:
+                safe += c;
         }
     }
     return safe;
@@ -54,9 +65,9 @@ std::string html_row(const ErrorTable& t) {
     return fmt::format(
         "<tr><td>{}</td><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.2f}</td><td>{:.2f}</td>"
         "<td class=\"{}\">{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td><td>{:.1f}</td></tr>\n",
-        escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median), millimetres(t.position.p95),
-        millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), honest ? "good" : "off", t.nees.mean, t.nees.low, t.nees.high,
-        millimetres(t.stated_sigma));
+        escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median),
+        millimetres(t.position.p95), millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), honest ? "good" : "off", t.nees.mean, t.nees.low,
+        t.nees.high, millimetres(t.stated_sigma));
 }
 
 /// Curves of all robots; long ones are thinned, but keep the worst of each stretch.
@@ -71,7 +82,8 @@ LineChart errors_over_time(const ErrorReport& report) {
         Curve curve{robot, {}, false};
         for (std::size_t i = 0; i < points.size(); i += stride) {
             const auto end = points.begin() + static_cast<std::ptrdiff_t>(std::min(points.size(), i + stride));
-            curve.points.push_back(*std::max_element(points.begin() + static_cast<std::ptrdiff_t>(i), end, [](const auto& a, const auto& b) { return a.y() < b.y(); }));
+            curve.points.push_back(
+                *std::max_element(points.begin() + static_cast<std::ptrdiff_t>(i), end, [](const auto& a, const auto& b) { return a.y() < b.y(); }));
         }
         chart.curves.push_back(curve);
     }
@@ -136,8 +148,8 @@ std::string map_svg(const ErrorReport& report) {
 }  // namespace
 
 std::string text_of(const ErrorReport& report) {
-    std::string text = fmt::format("{:24} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8}   {:>7} {:>7}   {:>6} {:>11} {:>8}\n", "", "fixes", "rmse mm", "mean", "median", "p95",
-                                   "max", "yaw deg", "p95", "NEES/n", "95 % band", "stated");
+    std::string text = fmt::format("{:24} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8}   {:>7} {:>7}   {:>6} {:>11} {:>8}\n", "", "fixes", "rmse mm", "mean", "median",
+                                   "p95", "max", "yaw deg", "p95", "NEES/n", "95 % band", "stated");
     text += row(report.all);
     for (const ErrorTable& t : report.robots) text += row(t);
     text += "by source\n";
@@ -193,7 +205,8 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         "independent.</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
         "<h2>Over time</h2>{12}\n<h2>Distribution</h2>{13}\n</body></html>\n",
         escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
-        report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)), svg_of(distribution(report)));
+        report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)),
+        svg_of(distribution(report)));
 }
 
 }  // namespace roomfix

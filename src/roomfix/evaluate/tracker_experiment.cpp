@@ -1,9 +1,9 @@
 #include "roomfix/evaluate/tracker_experiment.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -119,7 +119,8 @@ StateVector next_state(const StateVector& now, const MotionModel& model, Random&
     const double root = std::sqrt(fine);
     own.x() = keep * own.x() + random.normal(model.acceleration * root);
     const bool steers = model.drive == Drive::differential;
-    own.y() = keep * (steers ? std::exp(-fine / model.slip_memory) : 1) * own.y() + random.normal((steers ? model.side_acceleration : model.acceleration) * root);
+    own.y() =
+        keep * (steers ? std::exp(-fine / model.slip_memory) : 1) * own.y() + random.normal((steers ? model.side_acceleration : model.acceleration) * root);
     StateVector next = now;
     next[state_turn] = keep * now[state_turn] + random.normal(model.turning * root);
     next[state_yaw] += 0.5 * fine * (now[state_turn] + next[state_turn]);
@@ -145,7 +146,8 @@ TrueMotion true_motion(double seconds, const MotionModel& model, Random& random)
         for (std::size_t i = 0; i < stretch && inside; ++i) {
             motion.states.push_back(next_state(motion.states.back(), model, random));
             const auto& s = motion.states.back();
-            inside = s[0] > 0.8 && s[1] > 0.8 && s[0] < hall.x() - 0.8 && s[1] < hall.y() - 0.8 && s.segment<2>(state_vx).norm() < 1.5 && std::abs(s[state_turn]) < 3;
+            inside = s[0] > 0.8 && s[1] > 0.8 && s[0] < hall.x() - 0.8 && s[1] < hall.y() - 0.8 && s.segment<2>(state_vx).norm() < 1.5 &&
+                     std::abs(s[state_turn]) < 3;
         }
         if (inside) continue;
         // Stuck in front of a wall: go back farther.
@@ -216,8 +218,13 @@ private:
 class Drive1 {
 public:
     explicit Drive1(const DriveOptions& options)
-        : options_(options), random_(options.seed), site_(make_site(options.senses)), tracker_(site_, {}), models_(site_, {}),
-          motion_(true_motion(options.seconds, models_.motion[0], random_)), bound_(models_, motion_) {
+        : options_(options),
+          random_(options.seed),
+          site_(make_site(options.senses)),
+          tracker_(site_, {}),
+          models_(site_, {}),
+          motion_(true_motion(options.seconds, models_.motion[0], random_)),
+          bound_(models_, motion_) {
         for (int c = 0; c < 2; ++c) {
             const auto& known = std::get<KnownPose>(site_.cameras[static_cast<std::size_t>(c)].placement).map_from_camera;
             camera_error_.push_back(drawn<6>(known.covariance, random_));
@@ -463,7 +470,8 @@ private:
 
 std::vector<TrackerSample> simulated_drive(const DriveOptions& options) { return Drive1(options).run(); }
 
-ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed, const std::function<void(double)>& progress) {
+ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed,
+                                      const std::function<void(double)>& progress) {
     ConsistencyResult result;
     result.name = name;
     result.runs = runs;

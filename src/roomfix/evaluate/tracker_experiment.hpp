@@ -47,17 +47,18 @@ struct ConsistencyResult {
     int runs = 0;
     int samples = 0;
     int lost = 0;
-    int dimensions = 3;           // 2 where the yaw cannot be known
-    double nees = 0;              // mean over runs
+    int dimensions = 3;                  // 2 where the yaw cannot be known
+    double nees = 0;                     // mean over runs
     double nees_low = 0, nees_high = 0;  // 95 % band of that mean for a truthful covariance
-    double rmse = 0;              // m
-    double yaw_rmse = 0;          // rad
-    double bound = 0;             // m
-    double yaw_bound = 0;         // rad
+    double rmse = 0;                     // m
+    double yaw_rmse = 0;                 // rad
+    double bound = 0;                    // m
+    double yaw_bound = 0;                // rad
 };
 
 /// `runs` drives with one set of senses. NEES is that of the last sample of each drive, so that runs are independent.
-ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed, const std::function<void(double)>& progress = {});
+ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed,
+                                      const std::function<void(double)>& progress = {});
 
 /// The ten sets of senses that the product promises to be truthful with.
 std::vector<std::pair<std::string, Senses>> all_senses();

@@ -32,8 +32,8 @@ struct Fix {
     std::string image;   // the picture it comes from, if it comes from one
     std::string reason;  // for status none, in plain words
     std::vector<PoseHypothesis> hypotheses;
-    std::vector<InnovationSquare> nis;  // of the observations of that very time
-    double identity = 1;                          // probability that it is this robot and not one that looks the same
+    std::vector<InnovationSquare> nis;                 // of the observations of that very time
+    double identity = 1;                               // probability that it is this robot and not one that looks the same
     std::optional<Eigen::Isometry3d> map_from_camera;  // of a fix that is a camera's whole pose
 };
 

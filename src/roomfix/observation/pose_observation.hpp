@@ -13,10 +13,10 @@ struct PoseObservation {
     int robot = 0;  // index in the site's robots
     Pose2 pose;     // map
     bool yaw_known = true;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad
-    int like_turns = 1;                                        // so many turns in a circle look the same: 2 for a box, 4 for a square one
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                     // x, y, yaw; m, rad
+    int like_turns = 1;                                                           // so many turns in a circle look the same: 2 for a box, 4 for a square one
     Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();  // by an error of a fixed camera's pose (UncertainPose3)
-    bool identified = false;                                   // by a tag: it is this one, not one that looks the same
+    bool identified = false;                                                      // by a tag: it is this one, not one that looks the same
 };
 
 inline std::vector<PoseObservation> poses_of(const std::vector<SilhouetteObservation>& silhouettes) {

@@ -35,8 +35,8 @@ struct OutlineFitSettings {
 
 struct OutlineFit {
     Pose2 pose;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();        // x, y, yaw; pixels and calibration together
-    Eigen::Matrix3d pixel_covariance = Eigen::Matrix3d::Identity();  // without the calibration's part
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                     // x, y, yaw; pixels and calibration together
+    Eigen::Matrix3d pixel_covariance = Eigen::Matrix3d::Identity();               // without the calibration's part
     Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();  // how the pose moves with an error of the view's pose
     Silhouette silhouette;
     int visible = 0;          // samples inside the image and outside `others`

@@ -147,16 +147,21 @@ Result<void> SiteRunner::feed(std::size_t index, LumaView frame, Nanoseconds tim
     return {};
 }
 
-/// Robots that are surely behind a wall for a fixed camera, each with a flag.
+/// Robots that are surely where a fixed camera does not see them, each with a flag: behind a wall, or outside the picture.
 std::vector<char> SiteRunner::robots_elsewhere(const Post& post, Nanoseconds time) const {
-    constexpr double sure = 0.04;  // m^2, variance of the place
+    constexpr double sure = 0.04;    // m^2, variance of the place
+    constexpr double margin = 0.15;  // of the picture's size, around it
     std::vector<char> elsewhere(site_.robots.size(), 0);
+    const View& view = post.observer->view();
     const std::lock_guard lock(mutex_);
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {
         if (site_.robots[r].many) continue;
-        const auto expected = tracker_.expected(static_cast<int>(r), time);
-        if (!expected || expected->covariance.topLeftCorner<2, 2>().trace() > sure) continue;
-        elsewhere[r] = wall_between(site_.walls, post.observer->view().position().head<2>(), {expected->pose.x, expected->pose.y});
+        const auto fix = tracker_.fix(static_cast<int>(r), time);
+        if (!fix || fix->status != FixStatus::ok || fix->covariance.topLeftCorner<2, 2>().trace() > sure) continue;
+        const Eigen::Vector3d middle(fix->pose.x, fix->pose.y, half_size(site_.robots[r].shape).z());
+        const auto pixel = project_map_point(view, middle);
+        const bool outside = !pixel || !view.model.contains(*pixel, -margin * view.model.width);
+        elsewhere[r] = outside || wall_between(site_.walls, view.position().head<2>(), middle.head<2>());
     }
     return elsewhere;
 }

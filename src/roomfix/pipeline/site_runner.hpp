@@ -120,9 +120,9 @@ private:
     Site site_;
     std::vector<std::unique_ptr<Post>> posts_;
     RangeEars ears_;
-    RangeBatch recorded_ranges_;        // in the order of their times
-    OdometryBatch recorded_odometry_;   // likewise
-    std::size_t next_range_ = 0;        // the first that is still to be told
+    RangeBatch recorded_ranges_;       // in the order of their times
+    OdometryBatch recorded_odometry_;  // likewise
+    std::size_t next_range_ = 0;       // the first that is still to be told
     std::size_t next_odometry_ = 0;
     std::size_t next_difference_ = 0;
     std::vector<std::string> line_problems_;

@@ -11,13 +11,13 @@
 namespace roomfix {
 
 struct WheelModel {
-    double scale = 0.01;           // true way = (1 + scale) * measured way
-    double drift = 0.005;          // rad/s, true turning = measured turning + drift * time
-    double along = 0.01;           // m per square root of a metre
-    double across = 0.005;         // m per square root of a metre
-    double turn_per_metre = 0.01;  // rad per square root of a metre
-    double turn_per_radian = 0.02; // rad per square root of a radian
-    double rate = 20;              // poses per second
+    double scale = 0.01;            // true way = (1 + scale) * measured way
+    double drift = 0.005;           // rad/s, true turning = measured turning + drift * time
+    double along = 0.01;            // m per square root of a metre
+    double across = 0.005;          // m per square root of a metre
+    double turn_per_metre = 0.01;   // rad per square root of a metre
+    double turn_per_radian = 0.02;  // rad per square root of a radian
+    double rate = 20;               // poses per second
 };
 
 struct WheelPose {

@@ -57,7 +57,8 @@ Result<void> write_odometry(const Scenario& scenario, const fs::path& folder, do
     std::string text = "time,robot,x,y,yaw\n";
     const auto rounded = [](double value) { return number_text(std::round(value * 1e7) / 1e7); };
     for (const auto& [pose, robot] : poses) {
-        text += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(pose.time)), robot, rounded(pose.pose.x), rounded(pose.pose.y), rounded(pose.pose.yaw));
+        text +=
+            fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(pose.time)), robot, rounded(pose.pose.x), rounded(pose.pose.y), rounded(pose.pose.yaw));
     }
     return write_text(folder / "odometry.csv", text);
 }

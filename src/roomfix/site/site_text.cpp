@@ -66,8 +66,8 @@ std::string robot_text(const SiteRobot& robot) {
     std::string text = fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, shape, number_text(robot.size_sigma), robot.many ? ", count: many" : "");
     if (robot.drive != Drive::unknown) text += robot.drive == Drive::differential ? ", drive: differential" : ", drive: holonomic";
     if (robot.odometry) {
-        text += fmt::format(",\n     odometry: {{scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma), number_text(robot.odometry->drift_sigma),
-                            robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
+        text += fmt::format(",\n     odometry: {{scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
+                            number_text(robot.odometry->drift_sigma), robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
     }
     if (robot.receiver) {
         text += fmt::format(",\n     receiver: {{position: {}, sigma: {}{}{}{}}}", list_text(robot.receiver->position), number_text(robot.receiver->sigma),
