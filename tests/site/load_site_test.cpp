@@ -157,5 +157,31 @@ TEST(SiteText, ReadsBackAsTheSameSite) {
     EXPECT_EQ(again.site.walls, site.walls);
 }
 
+TEST(LoadSite, ReadsDriveOdometryAndTheRangesErrorsAndWritesThemAgain) {
+    const std::string text =
+        with(with(good, "r1: {shape: box,", "r1: {drive: differential, odometry: {source: wheels.csv, scale_sigma: 0.03, drift_sigma: 0.002}, shape: box,"),
+             "source: /dev/ttyUSB0", "source: /dev/ttyUSB0, bias_sigma: 0.5, scale_sigma: 0.01");
+    const LoadedSite first = parse_site(text, "/somewhere");
+    for (const auto& p : first.problems) EXPECT_FALSE(p.fatal) << p.message;
+    const LoadedSite again = parse_site(site_text(first.site), "/somewhere");
+    for (const LoadedSite& loaded : {first, again}) {
+        const SiteRobot& robot = loaded.site.robots[0];
+        EXPECT_EQ(robot.drive, Drive::differential);
+        ASSERT_TRUE(robot.odometry);
+        EXPECT_EQ(robot.odometry->source, "wheels.csv");
+        EXPECT_EQ(robot.odometry->scale_sigma, 0.03);
+        EXPECT_EQ(robot.odometry->drift_sigma, 0.002);
+        EXPECT_EQ(loaded.site.robots[2].receiver->bias_sigma, 0.5);
+        EXPECT_EQ(loaded.site.robots[2].receiver->scale_sigma, 0.01);
+    }
+}
+
+TEST(LoadSite, RefusesAnUnknownDriveAndOdometryOfMany) {
+    const LoadedSite drive = parse_site(with(good, "r1: {shape: box,", "r1: {drive: legs, shape: box,"), "/somewhere");
+    EXPECT_TRUE(problem_with(drive, "must be differential, holonomic or unknown, not 'legs'"));
+    const LoadedSite many = parse_site(with(good, "count: many", "count: many, odometry: {source: wheels.csv}"), "/somewhere");
+    EXPECT_TRUE(problem_with(many, "robots.cart.odometry: there are many of this robot"));
+}
+
 }  // namespace
 }  // namespace roomfix

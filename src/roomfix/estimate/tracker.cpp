@@ -77,7 +77,7 @@ void Tracker::add(std::size_t group, const Event& event) {
     const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); };
     switch (buffers_[group].add(event, run)) {
         case Taken::yes:
-            ++counts_.used;
+            counts_.used += !std::holds_alternative<TimePassed>(event.what);
             break;
         case Taken::late:
             ++counts_.late;

@@ -163,7 +163,14 @@ std::vector<char> SiteRunner::robots_elsewhere(const Post& post, Nanoseconds tim
         const bool outside = !pixel || !view.model.contains(*pixel, -margin * view.model.width);
         elsewhere[r] = outside || wall_between(site_.walls, view.position().head<2>(), middle.head<2>());
     }
-    return elsewhere;
+    // Which of several look-alikes it is that is elsewhere, nobody knows for sure: all of them, or none.
+    std::vector<char> surely = elsewhere;
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        for (std::size_t other = 0; other < site_.robots.size(); ++other) {
+            if (!elsewhere[other] && look_alike(site_.robots[r], site_.robots[other])) surely[r] = 0;
+        }
+    }
+    return surely;
 }
 
 /// What a fixed camera sees: outlines, and the tags of robots that wear one. A tag says more than an outline.
