@@ -10,15 +10,23 @@ namespace {
 constexpr Nanoseconds longest_silence = 100'000'000;  // ns: an older state is brought up to date by odometry
 constexpr Nanoseconds far_apart = 10'000'000'000;     // ns: no source is that far ahead of or behind the others
 
+constexpr double farthest = 1e6;          // m: beyond, a place is a mistake
+constexpr double least_variance = 1e-14;  // of anything measured, m^2 or rad^2
+constexpr double largest_variance = 1e10;
+
+/// False for what is not finite, too.
+bool is_place(const Pose2& pose) { return std::abs(pose.x) < farthest && std::abs(pose.y) < farthest && std::abs(pose.yaw) < 1e4; }
+bool is_sigma(double sigma) { return sigma * sigma >= least_variance && sigma * sigma < largest_variance && sigma > 0; }
+
 bool usable(const PoseObservation& o) {
-    if (!std::isfinite(o.pose.x) || !std::isfinite(o.pose.y) || !std::isfinite(o.pose.yaw) || !o.covariance.allFinite() || !o.by_camera.allFinite())
-        return false;
+    if (!is_place(o.pose) || !o.covariance.allFinite() || !o.by_camera.allFinite() || o.by_camera.cwiseAbs().maxCoeff() > farthest) return false;
     const int dimensions = o.yaw_known ? 3 : 2;
     const Eigen::MatrixXd part = o.covariance.topLeftCorner(dimensions, dimensions);
-    return Eigen::LLT<Eigen::MatrixXd>(part).info() == Eigen::Success && part.diagonal().minCoeff() > 0;
+    return Eigen::LLT<Eigen::MatrixXd>(part).info() == Eigen::Success && part.diagonal().minCoeff() >= least_variance &&
+           part.diagonal().maxCoeff() < largest_variance;
 }
 
-bool usable(const PlaceProposal& p) { return usable(PoseObservation{0, p.pose, p.yaw_known, p.covariance}) && std::isfinite(p.weight) && p.weight > 0; }
+bool usable(const PlaceProposal& p) { return usable(PoseObservation{0, p.pose, p.yaw_known, p.covariance}) && p.weight > 1e-12 && p.weight < 1e12; }
 
 bool usable(const LandmarkObservation& o) {
     return std::all_of(o.points.begin(), o.points.end(),
@@ -147,8 +155,7 @@ void Tracker::see(Nanoseconds time, const std::string& camera, const CornerSight
 }
 
 void Tracker::hear(const RangeObservation& range) {
-    if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !(range.sigma > 0) || !std::isfinite(range.sigma) || !std::isfinite(range.range) ||
-        range.range < 0) {
+    if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !is_sigma(range.sigma) || !(range.range < farthest) || range.range < 0) {
         ++counts_.impossible;
         return;
     }
@@ -157,8 +164,8 @@ void Tracker::hear(const RangeObservation& range) {
 
 void Tracker::hear(const RangeDifferenceObservation& difference) {
     const auto [a, b] = difference.beacons;
-    if (!knows_robot(difference.robot) || !knows_beacon(a) || !knows_beacon(b) || a == b || !(difference.sigma > 0) || !std::isfinite(difference.sigma) ||
-        !std::isfinite(difference.difference)) {
+    if (!knows_robot(difference.robot) || !knows_beacon(a) || !knows_beacon(b) || a == b || !is_sigma(difference.sigma) ||
+        !(std::abs(difference.difference) < farthest)) {
         ++counts_.impossible;
         return;
     }
@@ -167,7 +174,7 @@ void Tracker::hear(const RangeDifferenceObservation& difference) {
 }
 
 void Tracker::drive(const OdometryObservation& odometry) {
-    if (!knows_robot(odometry.robot) || !std::isfinite(odometry.pose.x) || !std::isfinite(odometry.pose.y) || !std::isfinite(odometry.pose.yaw)) {
+    if (!knows_robot(odometry.robot) || !is_place(odometry.pose)) {
         ++counts_.impossible;
         return;
     }
