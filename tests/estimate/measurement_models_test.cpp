@@ -143,7 +143,7 @@ TEST(MeasurementModels, CornersHaveTheDerivativesOfAnIndependentFormula) {
         corner.yaw = random.uniform(-3, 3);
         corner.sigma = 0.002;
         CornerObservation seen;
-        for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, 5, i, 1, 0, 0});
+        for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, 5, i, 1, 0});
         add_slow_states(belief, source);
         // Seen exactly as predicted: there the rotation's residual is its difference to first order.
         const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();

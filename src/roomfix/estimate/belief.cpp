@@ -67,10 +67,10 @@ int ensure_slow(Belief& belief, const SlowState& state) {
     return index;
 }
 
-void forget_slow(Belief& belief, double seconds, double metres) {
+void forget_slow(Belief& belief, double seconds) {
     for (int i = core_states; i < belief.size; ++i) {
         const SlowState& slow = belief.slow[static_cast<std::size_t>(i - core_states)];
-        const double keep = std::exp(-seconds * slow.per_second - metres * slow.per_metre);
+        const double keep = std::exp(-seconds * slow.per_second);
         belief.mean[i] *= keep;
         belief.covariance.row(i).head(belief.size) *= keep;
         belief.covariance.col(i).head(belief.size) *= keep;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -26,14 +27,13 @@ enum class SlowKind : std::uint8_t {
     corner_place,    // 1, of a corner's position: three, in units of its standard deviation; `source` is its index
 };
 
-/// Gauss-Markov: it stays as it is over a short time and way, and forgets its value over long ones.
+/// Gauss-Markov: it stays as it is over a short time, and forgets its value over a long one.
 struct SlowState {
     SlowKind kind = SlowKind::range_bias;
     int source = 0;  // of the tracker's sources
     int component = 0;
     double variance = 1;    // of its value when nothing is known
     double per_second = 0;  // 1 / s, how fast it forgets
-    double per_metre = 0;   // 1 / m
 };
 
 using StateVector = Eigen::Matrix<double, most_states, 1>;
@@ -62,6 +62,10 @@ struct Belief {
     Pose2 pose() const { return {mean[state_x], mean[state_y], mean[state_yaw]}; }
     Eigen::Vector3d velocity() const { return mean.segment<3>(state_vx); }  // m/s, m/s, rad/s
     Eigen::Matrix3d pose_covariance() const { return covariance.topLeftCorner<3, 3>(); }
+    /// Standard deviation of the place, both directions together, m.
+    double place_sigma() const { return std::sqrt(covariance(0, 0) + covariance(1, 1)); }
+    /// How fast it drives towards where it looks, m/s.
+    double forward_speed() const { return std::cos(mean[state_yaw]) * mean[state_vx] + std::sin(mean[state_yaw]) * mean[state_vy]; }
     /// Known well enough for a front and a back to have a meaning.
     bool yaw_known() const { return covariance(state_yaw, state_yaw) < 0.5 * 0.5; }
 };
@@ -85,7 +89,7 @@ std::optional<int> find_slow(const Belief& belief, SlowKind kind, int source, in
 /// makes some.
 int ensure_slow(Belief& belief, const SlowState& state);
 
-/// Lets slow states forget over a time (s) and a way (m).
-void forget_slow(Belief& belief, double seconds, double metres);
+/// Lets slow states forget over a time (s).
+void forget_slow(Belief& belief, double seconds);
 
 }  // namespace roomfix

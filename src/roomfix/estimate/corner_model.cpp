@@ -38,8 +38,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
         const auto slow = find_slow(belief, SlowKind::corner_place, number, i);
         if (!slow) l.noise += column * column.transpose();
         if (!slow) continue;
-        l.depends(*slow, column);
-        l.residual -= column * belief.mean[*slow];
+        l.depends_on_slow(belief, *slow, column);
     }
     Eigen::Matrix<double, 5, 6> by_mount = Eigen::Matrix<double, 5, 6>::Zero();
     by_mount.bottomLeftCorner<2, 3>() = by_move * corner_from_robot;
@@ -48,8 +47,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
         const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
         if (!slow) continue;
         column = by_mount * source.mount_root.col(i);
-        l.depends(*slow, column);
-        l.residual -= column * belief.mean[*slow];
+        l.depends_on_slow(belief, *slow, column);
     }
     return l;
 }
@@ -57,7 +55,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
 std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
                                       const Doubt& doubt) {
     add_slow_states(belief, source);
-    for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5, 0});
+    for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5});
     return iterated_update<5>(belief, doubt, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });
 }
 

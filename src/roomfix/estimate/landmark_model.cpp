@@ -15,13 +15,13 @@ OnboardSource onboard_source(int source, const CameraOnRobot& camera) {
 void add_slow_states(Belief& belief, const OnboardSource& source) {
     if (!source.mount_uncertain) return;
     for (int i = 0; i < 6; ++i) {
-        if (source.mount_root.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4, 0});
+        if (source.mount_root.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4});
     }
 }
 
 void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source) {
     add_slow_states(belief, source);
-    for (int i = 0; i < 2; ++i) ensure_slow(belief, {SlowKind::landmark_place, landmark.number, i, 1, 1e-5, 0});
+    for (int i = 0; i < 2; ++i) ensure_slow(belief, {SlowKind::landmark_place, landmark.number, i, 1, 1e-5});
 }
 
 template <int Points>
@@ -49,15 +49,13 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
         const auto slow = find_slow(belief, SlowKind::landmark_place, landmark.number, i);
         if (!slow) l.noise += column * column.transpose();
         if (!slow) continue;
-        l.depends(*slow, column);
-        l.residual -= column * belief.mean[*slow];
+        l.depends_on_slow(belief, *slow, column);
     }
     for (int i = 0; i < 6; ++i) {
         const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
         if (!slow) continue;
         const Eigen::Matrix<double, 2 * Points, 1> column = by_mount * source.mount_root.col(i);
-        l.depends(*slow, column);
-        l.residual -= column * belief.mean[*slow];
+        l.depends_on_slow(belief, *slow, column);
     }
     return l;
 }

@@ -80,8 +80,7 @@ double take_assigned(Account& account, const std::vector<int>& column_of, const 
         if (watched) track.presence += 0.15 * ((column_of[t] >= 0 ? 1 : 0) - track.presence);
         if (column_of[t] < 0) continue;
         used[static_cast<std::size_t>(column_of[t])] = 1;
-        const double one = take_pose(track, frame.robots[static_cast<std::size_t>(column_of[t])], event.source, models, group.many);
-        evidence += one;
+        evidence += take_pose(track, frame.robots[static_cast<std::size_t>(column_of[t])], event.source, models, group.many);
     }
     // What belongs to no track may be anything anywhere.
     const double stray = std::log(models.settings.outliers) - std::log(models.settings.area * 2 * std::numbers::pi);
@@ -98,7 +97,7 @@ void drop_lost(Account& account, Nanoseconds time, const TrackingModels& models)
     const TrackerSettings& settings = models.settings;
     std::erase_if(account.tracks, [&](const Track& t) {
         const double unseen = to_seconds(time - t.seen);
-        if (t.named) return unseen > settings.forget && std::sqrt(t.belief.best().covariance(0, 0) + t.belief.best().covariance(1, 1)) > 2 * settings.lost;
+        if (t.named) return unseen > settings.forget && t.belief.best().place_sigma() > 2 * settings.lost;
         return unseen > (t.number == 0 ? 2 * settings.ok : settings.forget);
     });
 }
@@ -123,8 +122,8 @@ std::vector<int> free_robots(const Account& account, Nanoseconds time, const Gro
     std::vector<int> free;
     for (const int robot : group.robots) {
         const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
-        const auto sigma = [&] { return std::sqrt(known->belief.best().covariance(0, 0) + known->belief.best().covariance(1, 1)); };
-        if (known == account.tracks.end() || sigma() > models.settings.lost || known->hardly_known(time, models.settings.ok)) free.push_back(robot);
+        if (known == account.tracks.end() || known->belief.best().place_sigma() > models.settings.lost || known->hardly_known(time, models.settings.ok))
+            free.push_back(robot);
     }
     return free;
 }

@@ -24,10 +24,10 @@ Matrix6d root_of(const Matrix6d& covariance) {
 void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source) {
     if (source.time_offset_sigma > 0) {
         const double variance = source.time_offset_sigma * source.time_offset_sigma;
-        ensure_slow(belief, {SlowKind::time_offset, source.source, 0, variance, 1e-3, 0});
+        ensure_slow(belief, {SlowKind::time_offset, source.source, 0, variance, 1e-3});
     }
     if (!by_calibration(observation, source)) return;
-    for (int i = 0; i < 6; ++i) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory, 0});
+    for (int i = 0; i < 6; ++i) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory});
 }
 
 Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source) {
@@ -38,16 +38,14 @@ Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observ
     l.noise = observation.covariance;
     for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Vector3d::Unit(i));
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
-        l.depends(*offset, belief.velocity());
-        l.residual -= belief.velocity() * belief.mean[*offset];
+        l.depends_on_slow(belief, *offset, belief.velocity());
     }
     if (const auto by = by_calibration(observation, source)) {
         for (int i = 0; i < 6; ++i) {
             const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
             if (!slow) continue;
             l.noise -= by->col(i) * by->col(i).transpose();
-            l.depends(*slow, by->col(i));
-            l.residual -= by->col(i) * belief.mean[*slow];
+            l.depends_on_slow(belief, *slow, by->col(i));
         }
     }
     return l;

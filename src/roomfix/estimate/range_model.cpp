@@ -13,8 +13,6 @@ constexpr int all_beacons = -1;  // component of the bias that they have in comm
 
 Surprise surprise_of(const LatePosterior& posterior) { return {posterior.log_evidence, posterior.on_time, posterior.nis, 1}; }
 
-double spread_of(const Belief& belief) { return std::sqrt(belief.covariance(0, 0) + belief.covariance(1, 1)); }
-
 /// Updates at the belief's mean; where it bends, once more linearised at where that led.
 template <class Predict, class Measure>
 Surprise update_twice(Belief& belief, double distance, const Predict& predict, const Measure& measure) {
@@ -26,7 +24,7 @@ Surprise update_twice(Belief& belief, double distance, const Predict& predict, c
         const double predicted = there + by_state[0] * (pose.x - at.x) + by_state[1] * (pose.y - at.y) + by_state[2] * (pose.yaw - at.yaw);
         return update_scalar(taken, predicted, states, by_state, measure);
     };
-    if (spread_of(belief) < flat * distance) return surprise_of(once(belief, belief.pose()));
+    if (belief.place_sigma() < flat * distance) return surprise_of(once(belief, belief.pose()));
     Belief tried = belief;
     once(tried, belief.pose());
     return surprise_of(once(belief, tried.pose()));
@@ -44,10 +42,10 @@ void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
     const double forget = 1 / source.bias_memory;
     const auto squared = [](double v) { return v * v; };
     if (source.bias_sigma > 0) {
-        ensure_slow(belief, {SlowKind::range_bias, 0, all_beacons, squared(source.bias_sigma), forget, 0});
-        ensure_slow(belief, {SlowKind::range_bias, 0, beacon, squared(own_part * source.bias_sigma), forget, 0});
+        ensure_slow(belief, {SlowKind::range_bias, 0, all_beacons, squared(source.bias_sigma), forget});
+        ensure_slow(belief, {SlowKind::range_bias, 0, beacon, squared(own_part * source.bias_sigma), forget});
     }
-    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, 0, 0, squared(source.scale_sigma), forget, 0});
+    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, 0, 0, squared(source.scale_sigma), forget});
 }
 
 }  // namespace

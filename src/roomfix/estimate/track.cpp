@@ -25,11 +25,9 @@ Doubt doubt_over(int dimensions, double range, const TrackerSettings& settings) 
     return {settings.outliers, settings.gate + 2 * dimensions, -dimensions * std::log(range)};
 }
 
-double place_sigma(const Belief& belief) { return std::sqrt(belief.covariance(0, 0) + belief.covariance(1, 1)); }
-
 /// Has anything but `source` confirmed the robot lately?
 bool confirmed_otherwise(const Track& track, int source) {
-    if (place_sigma(track.belief.best()) > sure_enough) return false;
+    if (track.belief.best().place_sigma() > sure_enough) return false;
     return std::any_of(track.sources.begin(), track.sources.end(),
                        [&](const SourceHealth& s) { return s.source != source && to_seconds(track.time - s.seen) < confirmed_within; });
 }
@@ -112,7 +110,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
     Surprise best;
     double distance = 0;
     // Where nobody knows better, even a source in quarantine is better than none.
-    const bool quarantined = health.quarantined && place_sigma(track.belief.best()) < settings.lost;
+    const bool quarantined = health.quarantined && track.belief.best().place_sigma() < settings.lost;
     for (std::size_t i = 0; i < track.belief.hypotheses.size(); ++i) {
         Belief& belief = track.belief.hypotheses[i].belief;
         std::optional<Surprise> surprise;
@@ -240,7 +238,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
             predict(h.belief, seconds, motion);
             if (!several || motion.drive == Drive::holonomic || !h.belief.yaw_known()) continue;
             // Which end is the front: robots seldom drive backwards.
-            const double forward = std::cos(h.belief.mean[state_yaw]) * h.belief.mean[state_vx] + std::sin(h.belief.mean[state_yaw]) * h.belief.mean[state_vy];
+            const double forward = h.belief.forward_speed();
             const double speed = h.belief.mean.segment<2>(state_vx).norm();
             if (speed > moving_speed) h.log_weight -= models.settings.backwards * seconds * (speed - forward);
         }
@@ -278,7 +276,7 @@ void doubt_the_front(Track& track, const PoseObservation& observation, const Tra
         return;
     const Belief& belief = track.belief.best();
     const Eigen::Vector2d velocity = belief.mean.segment<2>(state_vx);
-    const double forward = velocity.dot(Eigen::Vector2d(std::cos(belief.mean[state_yaw]), std::sin(belief.mean[state_yaw])));
+    const double forward = belief.forward_speed();
     const double turn = 2 * std::numbers::pi / observation.like_turns;
     if (velocity.norm() < moving_speed || forward > velocity.norm() * std::cos(0.75 * turn)) return;
     add_places(track, places_of(observation), front_doubt, models);

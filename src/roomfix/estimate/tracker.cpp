@@ -45,8 +45,9 @@ bool stands_inside(const PoseObservation& o, const std::vector<PoseObservation>&
                                       [&](const PoseObservation& other) { return std::hypot(o.pose.x - other.pose.x, o.pose.y - other.pose.y) < least; });
 }
 
-bool all_usable(const std::vector<PlaceProposal>& places) {
-    return std::all_of(places.begin(), places.end(), [](const PlaceProposal& p) { return usable(p); });
+template <class Observation>
+bool all_usable(const std::vector<Observation>& all) {
+    return std::all_of(all.begin(), all.end(), [](const Observation& o) { return usable(o); });
 }
 
 }  // namespace
@@ -138,21 +139,17 @@ void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const P
     }
 }
 
-void Tracker::see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting) {
+template <class Sighting, class Seen>
+void Tracker::see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen) {
     const int source = models_.source(camera);
-    const bool good = knows_robot(sighting.robot) && models_.onboard.contains(source) && all_usable(sighting.proposals) &&
-                      std::all_of(sighting.landmarks.begin(), sighting.landmarks.end(), [](const auto& l) { return usable(l); });
+    const bool good = knows_robot(sighting.robot) && models_.onboard.contains(source) && all_usable(sighting.proposals) && all_usable(seen);
     if (!good) ++counts_.impossible;
-    if (good && !sighting.landmarks.empty() && plausible_time(time)) add(group_of(sighting.robot), {time, source, 0, sighting});
+    if (good && !seen.empty() && plausible_time(time)) add(group_of(sighting.robot), {time, source, 0, sighting});
 }
 
-void Tracker::see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting) {
-    const int source = models_.source(camera);
-    const bool good = knows_robot(sighting.robot) && models_.onboard.contains(source) && all_usable(sighting.proposals) &&
-                      std::all_of(sighting.corners.begin(), sighting.corners.end(), [](const auto& c) { return usable(c); });
-    if (!good) ++counts_.impossible;
-    if (good && !sighting.corners.empty() && plausible_time(time)) add(group_of(sighting.robot), {time, source, 0, sighting});
-}
+void Tracker::see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting) { see_onboard(time, camera, sighting, sighting.landmarks); }
+
+void Tracker::see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting) { see_onboard(time, camera, sighting, sighting.corners); }
 
 void Tracker::hear(const RangeObservation& range) {
     if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !is_sigma(range.sigma) || !(range.range < farthest) || range.range < 0) {

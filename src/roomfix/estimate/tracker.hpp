@@ -63,6 +63,8 @@ private:
     using Buffer = LagBuffer<GroupState, Event>;
     bool plausible_time(Nanoseconds time);
     bool taken_by_another(Nanoseconds time, const PoseObservation& o) const;
+    template <class Sighting, class Seen>
+    void see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen);
     void add(std::size_t group, const Event& event);
     std::size_t group_of(int robot) const { return group_of_[static_cast<std::size_t>(robot)]; }
     bool knows_robot(int robot) const { return robot >= 0 && static_cast<std::size_t>(robot) < models_.site.robots.size(); }

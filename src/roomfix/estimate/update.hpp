@@ -23,6 +23,11 @@ struct Linearised {
         by_state.col(static_cast<Eigen::Index>(states.size())) = derivative;
         states.push_back(state);
     }
+    /// The same for an error whose present estimate is not yet in the residual.
+    void depends_on_slow(const Belief& belief, int state, const Eigen::Matrix<double, Rows, 1>& derivative) {
+        depends(state, derivative);
+        residual -= derivative * belief.mean[state];
+    }
 };
 
 /// How a measurement may be something else than what it seems.

@@ -417,7 +417,7 @@ private:
             begin_bound(t, sighting.proposals[0].covariance);
             const OnboardSource& source = models_.onboard.at(models_.source("eye"));
             add_slow_states(bound_.belief(), source);
-            for (int k = 0; k < 3; ++k) ensure_slow(bound_.belief(), {SlowKind::corner_place, static_cast<int>(i), k, 1, 1e-5, 0});
+            for (int k = 0; k < 3; ++k) ensure_slow(bound_.belief(), {SlowKind::corner_place, static_cast<int>(i), k, 1, 1e-5});
             if (const auto l = linearise_corner(bound_.belief(), seen, corner, static_cast<int>(i), source)) bound_.learn(*l);
             return;
         }
