@@ -15,11 +15,12 @@ below = {
     "corner": ["base", "geometry", "imaging", "site", "observation"],
     "overhead": ["base", "geometry", "imaging", "site", "observation"],
     "estimate": ["base", "geometry", "site", "observation"],
+    "smooth": ["base", "geometry", "site", "observation", "estimate"],
     "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling"],
     "calibrate": ["base", "geometry", "imaging", "site", "observation", "ceiling"],
-    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "simulate", "calibrate"],
+    "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "smooth", "simulate", "calibrate"],
     "connect": ["base", "geometry", "imaging", "site", "observation", "ranging", "ceiling", "corner"],
-    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "calibrate", "connect"],
+    "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "smooth", "calibrate", "connect"],
 }
 root = pathlib.Path(sys.argv[1])
 wrong = []

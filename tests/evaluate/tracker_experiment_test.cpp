@@ -23,6 +23,23 @@ TEST_P(Consistency, StatedCovariancesAreTrueAndErrorsNearTheBound) {
 
 INSTANTIATE_TEST_SUITE_P(AllSenses, Consistency, testing::Range(0, 10));
 
+class Smoothing : public testing::TestWithParam<int> {};
+
+TEST_P(Smoothing, KnowsMoreThanTheTrackerAndStatesItTruly) {
+    const auto [name, senses] = all_senses()[static_cast<std::size_t>(GetParam())];
+    const int runs = 14;
+    const ConsistencyResult tracked = measure_consistency(name, senses, runs, 12);
+    const ConsistencyResult smoothed = measure_consistency(name, senses, runs, 12, {}, true);
+    const double wider = 3.3 / 1.96;
+    EXPECT_GT(smoothed.nees, smoothed.dimensions - wider * (smoothed.nees_high - smoothed.dimensions)) << name;
+    EXPECT_LT(smoothed.nees, smoothed.dimensions + wider * (smoothed.nees_high - smoothed.dimensions)) << name;
+    EXPECT_LT(smoothed.rmse, 0.97 * tracked.rmse) << name;
+    EXPECT_LE(smoothed.lost, tracked.lost) << name;
+}
+
+// Sets with a hundred landmarks and everything else at once take long: they belong to the benchmarks.
+INSTANTIATE_TEST_SUITE_P(AllSenses, Smoothing, testing::Values(0, 1, 2, 3, 5, 7, 8));
+
 TEST(BlindArea, TheTruePlaceStaysInsideTheEllipseOnOdometryAlone) { EXPECT_GE(blind_coverage(60, 3, 0.01, 0.01745), 0.87); }
 
 TEST(LookAlikes, KeepTheirNamesThroughCrossingsWithTheirWheels) {

@@ -14,7 +14,7 @@ namespace roomfix {
 /// The first states of every robot. Pose and velocity in the map (m, rad, m/s, rad/s); of the odometry: true way = (1 + scale) * measured
 /// way, true turning = measured turning + drift * time (rad/s).
 enum CoreState : int { state_x, state_y, state_yaw, state_vx, state_vy, state_turn, state_scale, state_drift, core_states };
-constexpr int most_slow_states = 40;
+constexpr int most_slow_states = 56;
 constexpr int most_states = core_states + most_slow_states;
 
 /// Errors of sensors that change slowly and are estimated along with the robot.
@@ -23,7 +23,7 @@ enum class SlowKind : std::uint8_t {
     range_scale,     // how much longer all ranges are than the way, as a part of it
     time_offset,     // s, how much later than stated a camera's pictures were taken
     calibration,     // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
-    landmark_place,  // 1, of a landmark's position: x and y, in units of its standard deviation; `source` is its index
+    landmark_place,  // 1, of a landmark's position: x, y, z, in units of its standard deviation; `source` is its index
     corner_place,    // 1, of a corner's position: three, in units of its standard deviation; `source` is its index
 };
 

@@ -4,6 +4,11 @@
 
 namespace roomfix {
 
+void add_slow_states(Belief& belief, int number, const OnboardSource& source) {
+    add_slow_states(belief, source);
+    for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5});
+}
+
 std::optional<Linearised<5>> linearise_corner(const Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number,
                                               const OnboardSource& source) {
     const Pose2 pose = belief.pose();
@@ -54,8 +59,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
 
 std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
                                       const Doubt& doubt) {
-    add_slow_states(belief, source);
-    for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5});
+    add_slow_states(belief, number, source);
     return iterated_update<5>(belief, doubt, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });
 }
 

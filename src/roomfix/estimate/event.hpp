@@ -59,4 +59,7 @@ struct Event {
     bool operator<(const Event& other) const { return std::tie(time, source, key) < std::tie(other.time, other.source, other.key); }
 };
 
+/// The robot that an event is about; -1: a frame that may show any of its group.
+int robot_of(const Event& event);
+
 }  // namespace roomfix

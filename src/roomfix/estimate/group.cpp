@@ -13,21 +13,6 @@ namespace {
 constexpr double moving_speed = 0.3;   // m/s: a robot without a front looks where it drives
 constexpr double sure_of_place = 0.9;  // weight of a place that is believed
 
-/// The robot that an event is about; -1: a frame that may show any of the group.
-int robot_of(const Event& event) {
-    struct Visitor {
-        int operator()(const PoseObservation& o) const { return o.robot; }
-        int operator()(const GroupSighting&) const { return -1; }
-        int operator()(const LandmarkSighting& s) const { return s.robot; }
-        int operator()(const CornerSighting& s) const { return s.robot; }
-        int operator()(const RangeObservation& o) const { return o.robot; }
-        int operator()(const RangeDifferenceObservation& o) const { return o.robot; }
-        int operator()(const PlaceSighting& s) const { return s.robot; }
-        int operator()(const TimePassed& s) const { return s.robot; }
-    };
-    return std::visit(Visitor{}, event.what);
-}
-
 Track& track_of(Account& account, int robot, const Group& group) {
     if (group.alone()) return account.tracks.front();
     for (Track& track : account.tracks) {

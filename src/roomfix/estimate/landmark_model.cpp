@@ -19,9 +19,9 @@ void add_slow_states(Belief& belief, const OnboardSource& source) {
     }
 }
 
-void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source) {
+void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, int directions) {
     add_slow_states(belief, source);
-    for (int i = 0; i < 2; ++i) ensure_slow(belief, {SlowKind::landmark_place, landmark.number, i, 1, 1e-5});
+    for (int i = 0; i < directions; ++i) ensure_slow(belief, {SlowKind::landmark_place, landmark.number, i, 1, 1e-5});
 }
 
 template <int Points>
@@ -42,9 +42,8 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
         by_mount.template middleRows<2>(2 * i) = j.by_mount;
         by_place.template middleRows<2>(2 * i) = j.by_point;
     }
-    l.noise += landmark.sigma * landmark.sigma * by_place.col(2) * by_place.col(2).transpose();
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 3; ++i) {
         const Eigen::Matrix<double, 2 * Points, 1> column = landmark.sigma * by_place.col(i);
         const auto slow = find_slow(belief, SlowKind::landmark_place, landmark.number, i);
         if (!slow) l.noise += column * column.transpose();

@@ -24,9 +24,10 @@ struct KnownLandmark {
     double sigma = 0.002;                                  // m, of each coordinate of its position
 };
 
-/// Prepares the slow states of the mount's errors, and of the landmark's.
+/// Prepares the slow states of the mount's errors, and of the landmark's place: x, y and, with 3 directions, z. An error without a state
+/// is taken for noise.
 void add_slow_states(Belief& belief, const OnboardSource& source);
-void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source);
+void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, int directions = 2);
 
 /// The observation's points are in the landmark's order. Nothing where one of them is out of the camera's sight. `Points`: 3 for LEDs,
 /// 4 for a tag.

@@ -21,9 +21,7 @@ bool OdometryTrack::connected(const Stamped& a, const Stamped& b) const {
 
 OdometryTrack::Piece OdometryTrack::piece(Nanoseconds from, Nanoseconds to) const {
     Piece piece;
-    // Nearly always the last interval.
-    auto next = poses_.end();
-    while (next != poses_.begin() && (next - 1)->time > from) --next;
+    const auto next = std::upper_bound(poses_.begin(), poses_.end(), from, [](Nanoseconds t, const Stamped& p) { return t < p.time; });
     if (next == poses_.end()) {
         piece.end = to;
         return piece;

@@ -17,12 +17,11 @@ Surprise surprise_of(const LatePosterior& posterior) { return {posterior.log_evi
 template <class Predict, class Measure>
 Surprise update_twice(Belief& belief, double distance, const Predict& predict, const Measure& measure) {
     const auto once = [&](Belief& taken, const Pose2& at) {
-        FixedList<int, most_columns> states;
-        Eigen::Matrix<double, 1, most_columns> by_state;
         const Pose2 pose = taken.pose();
-        const double there = predict(at, taken, states, by_state);
-        const double predicted = there + by_state[0] * (pose.x - at.x) + by_state[1] * (pose.y - at.y) + by_state[2] * (pose.yaw - at.yaw);
-        return update_scalar(taken, predicted, states, by_state, measure);
+        const PredictedValue there = predict(taken, at);
+        const auto& by = there.by_state;
+        const double predicted = there.value + by[0] * (pose.x - at.x) + by[1] * (pose.y - at.y) + by[2] * (pose.yaw - at.yaw);
+        return update_scalar(taken, predicted, there.states, by, measure);
     };
     if (belief.place_sigma() < flat * distance) return surprise_of(once(belief, belief.pose()));
     Belief tried = belief;
@@ -38,16 +37,6 @@ Eigen::Vector3d arm_of(const Belief& belief, const RangeSource& source) {
 
 constexpr double own_part = 0.25;  // of the bias: what beacons do not have in common
 
-void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
-    const double forget = 1 / source.bias_memory;
-    const auto squared = [](double v) { return v * v; };
-    if (source.bias_sigma > 0) {
-        ensure_slow(belief, {SlowKind::range_bias, 0, all_beacons, squared(source.bias_sigma), forget});
-        ensure_slow(belief, {SlowKind::range_bias, 0, beacon, squared(own_part * source.bias_sigma), forget});
-    }
-    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, 0, 0, squared(source.scale_sigma), forget});
-}
-
 }  // namespace
 
 PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
@@ -58,43 +47,59 @@ PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver,
     return {range, {way.x() / range, way.y() / range, (way.y() * arm.x() - way.x() * arm.y()) / range}};
 }
 
+void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
+    const double forget = 1 / source.bias_memory;
+    const auto squared = [](double v) { return v * v; };
+    if (source.bias_sigma > 0) {
+        ensure_slow(belief, {SlowKind::range_bias, 0, all_beacons, squared(source.bias_sigma), forget});
+        ensure_slow(belief, {SlowKind::range_bias, 0, beacon, squared(own_part * source.bias_sigma), forget});
+    }
+    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, 0, 0, squared(source.scale_sigma), forget});
+}
+
+PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int beacon, const Eigen::Vector3d& position, const RangeSource& source) {
+    const PredictedRange exact = predict_range(at, arm_of(belief, source), position);
+    PredictedValue predicted;
+    const auto depends = [&](int state, double derivative) {
+        predicted.by_state[static_cast<Eigen::Index>(predicted.states.size())] = derivative;
+        predicted.states.push_back(state);
+    };
+    const auto scale = find_slow(belief, SlowKind::range_scale, 0, 0);
+    const double stretch = scale ? 1 + belief.mean[*scale] : 1;
+    predicted.value = stretch * exact.range;
+    for (int i = 0; i < 3; ++i) depends(i, stretch * exact.by_pose[i]);
+    if (scale) depends(*scale, exact.range);
+    for (const int component : {all_beacons, beacon}) {
+        const auto bias = find_slow(belief, SlowKind::range_bias, 0, component);
+        if (!bias) continue;
+        depends(*bias, 1);
+        predicted.value += belief.mean[*bias];
+    }
+    return predicted;
+}
+
+PredictedValue predict_difference(const Belief& belief, const Pose2& at, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                                  const RangeSource& source) {
+    const Eigen::Vector3d arm = arm_of(belief, source);
+    const PredictedRange a = predict_range(at, arm, first);
+    const PredictedRange b = predict_range(at, arm, second);
+    PredictedValue predicted;
+    predicted.value = b.range - a.range;
+    for (int i = 0; i < 3; ++i) predicted.states.push_back(i);
+    predicted.by_state.head<3>() = (b.by_pose - a.by_pose).transpose();
+    return predicted;
+}
+
 Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
     add_slow_states(belief, observation.beacon, source);
-    const Eigen::Vector3d arm = arm_of(belief, source);
-    const auto predict = [&](const Pose2& at, const Belief& taken, FixedList<int, most_columns>& states, Eigen::Matrix<double, 1, most_columns>& by_state) {
-        const PredictedRange predicted = predict_range(at, arm, beacon);
-        for (int i = 0; i < 3; ++i) states.push_back(i);
-        by_state.head<3>() = predicted.by_pose.transpose();
-        double range = predicted.range;
-        if (const auto scale = find_slow(taken, SlowKind::range_scale, 0, 0)) {
-            by_state.head<3>() *= 1 + taken.mean[*scale];
-            by_state[static_cast<Eigen::Index>(states.size())] = predicted.range;
-            states.push_back(*scale);
-            range *= 1 + taken.mean[*scale];
-        }
-        for (const int component : {all_beacons, observation.beacon}) {
-            const auto bias = find_slow(taken, SlowKind::range_bias, 0, component);
-            if (!bias) continue;
-            by_state[static_cast<Eigen::Index>(states.size())] = 1;
-            states.push_back(*bias);
-            range += taken.mean[*bias];
-        }
-        return range;
-    };
+    const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_measured_range(taken, at, observation.beacon, beacon, source); };
     const auto measure = [&](const Gaussian1& prior) { return measure_range(prior, observation.range, observation.sigma, source.late); };
     return update_twice(belief, observation.range, predict, measure);
 }
 
 Surprise update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
                            const RangeSource& source) {
-    const Eigen::Vector3d arm = arm_of(belief, source);
-    const auto predict = [&](const Pose2& at, const Belief&, FixedList<int, most_columns>& states, Eigen::Matrix<double, 1, most_columns>& by_state) {
-        const PredictedRange a = predict_range(at, arm, first);
-        const PredictedRange b = predict_range(at, arm, second);
-        for (int i = 0; i < 3; ++i) states.push_back(i);
-        by_state.head<3>() = (b.by_pose - a.by_pose).transpose();
-        return b.range - a.range;
-    };
+    const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_difference(taken, at, first, second, source); };
     const Pose2 pose = belief.pose();
     const double nearest = std::min(predict_range(pose, source.receiver, first).range, predict_range(pose, source.receiver, second).range);
     const auto measure = [&](const Gaussian1& prior) { return measure_difference(prior, observation.difference, observation.sigma, source.late); };

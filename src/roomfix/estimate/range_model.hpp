@@ -23,6 +23,20 @@ struct PredictedRange {
 };
 PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon);
 
+/// What is expected of a range or range difference at `at`, with its derivatives by the belief's states.
+struct PredictedValue {
+    double value = 0;  // m
+    FixedList<int, most_columns> states;
+    Eigen::Matrix<double, 1, most_columns> by_state = Eigen::Matrix<double, 1, most_columns>::Zero();
+};
+
+/// Prepares the slow states of a beacon's ranges.
+void add_slow_states(Belief& belief, int beacon, const RangeSource& source);
+PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int beacon, const Eigen::Vector3d& position, const RangeSource& source);
+/// Distance to the second beacon minus distance to the first.
+PredictedValue predict_difference(const Belief& belief, const Pose2& at, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                                  const RangeSource& source);
+
 /// Takes a range into the belief; linearised again where the robot is near the beacon.
 Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source);
 

@@ -86,7 +86,9 @@ void Tracker::add(std::size_t group, const Event& event) {
     const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); };
     switch (buffers_[group].add(event, run)) {
         case Taken::yes:
-            counts_.used += !std::holds_alternative<TimePassed>(event.what);
+            if (std::holds_alternative<TimePassed>(event.what)) break;
+            ++counts_.used;
+            if (history_) history_->events.push_back({group, event});
             break;
         case Taken::late:
             ++counts_.late;
@@ -187,6 +189,7 @@ void Tracker::drive(const OdometryObservation& odometry) {
         return;
     }
     ++counts_.used;
+    if (history_) history_->driven[static_cast<std::size_t>(odometry.robot)].add(odometry.time, odometry.pose);
     const std::size_t group = group_of(odometry.robot);
     buffers_[group].redo_after(*changed, [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
     if (!buffers_[group].empty() && odometry.time - buffers_[group].newest_time() > longest_silence) {
@@ -201,6 +204,11 @@ void Tracker::propose(Nanoseconds time, const std::string& source, const PlaceSi
         return;
     }
     if (!places.proposals.empty() && plausible_time(time)) add(group_of(places.robot), {time, models_.source(source), 0, places});
+}
+
+void Tracker::keep_history() {
+    history_.emplace();
+    history_->driven.assign(models_.site.robots.size(), OdometryTrack(models_.settings.odometry_limits));
 }
 
 const Track* Tracker::track(int robot) const {

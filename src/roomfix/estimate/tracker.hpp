@@ -30,6 +30,16 @@ struct Quarantine {
     double distance = 0;  // m, from where the robot is by all other sources
 };
 
+/// What a tracker was told, for smoothing after the fact.
+struct TrackerHistory {
+    struct Told {
+        std::size_t group = 0;  // of the tracker's groups
+        Event event;
+    };
+    std::vector<Told> events;           // as they came
+    std::vector<OdometryTrack> driven;  // of each robot
+};
+
 /// Observations may come in any order and up to a lag late; the result is that of processing them in the order of their times.
 class Tracker {
 public:
@@ -55,9 +65,15 @@ public:
     /// What is believed of a robot in detail; nothing if it is not tracked.
     const Track* track(int robot) const;
 
+    /// From now on all that is used is kept, too.
+    void keep_history();
+    const TrackerHistory* history() const { return history_ ? &*history_ : nullptr; }
+
     const TrackerCounts& counts() const { return counts_; }
     std::vector<Quarantine> quarantines() const;
     const TrackingModels& models() const { return models_; }
+    const std::vector<Group>& groups() const { return groups_; }
+    std::size_t group_of(int robot) const { return group_of_[static_cast<std::size_t>(robot)]; }
 
 private:
     using Buffer = LagBuffer<GroupState, Event>;
@@ -66,7 +82,6 @@ private:
     template <class Sighting, class Seen>
     void see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen);
     void add(std::size_t group, const Event& event);
-    std::size_t group_of(int robot) const { return group_of_[static_cast<std::size_t>(robot)]; }
     bool knows_robot(int robot) const { return robot >= 0 && static_cast<std::size_t>(robot) < models_.site.robots.size(); }
     bool knows_beacon(int beacon) const { return beacon >= 0 && static_cast<std::size_t>(beacon) < models_.site.beacons.size(); }
 
@@ -75,6 +90,7 @@ private:
     std::vector<std::size_t> group_of_;  // of each robot
     std::vector<Buffer> buffers_;        // of each group
     TrackerCounts counts_;
+    std::optional<TrackerHistory> history_;
     std::optional<Nanoseconds> newest_;
     std::optional<Nanoseconds> stray_;  // a time that is far from all others, until a second one confirms it
 };

@@ -11,13 +11,10 @@
 #include "roomfix/base/random.hpp"
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/evaluate/consistency.hpp"
+#include "roomfix/smooth/smoother.hpp"
 
 namespace roomfix {
 namespace {
-
-const Eigen::Vector2d hall(8, 6);  // m
-constexpr double hall_height = 3;
-constexpr double fine = 0.005;  // s, step of the true motion
 
 Eigen::Vector3d normal3(Random& random) { return {random.normal(), random.normal(), random.normal()}; }
 
@@ -27,134 +24,6 @@ Eigen::Matrix<double, N, 1> drawn(const Eigen::Matrix<double, N, N>& covariance,
     Eigen::Matrix<double, N, 1> z;
     for (int i = 0; i < N; ++i) z[i] = random.normal() * std::sqrt(std::max(factor.vectorD()[i], 0.0));
     return factor.transpositionsP().transpose() * (factor.matrixL() * z);
-}
-
-CameraModel wall_camera_model() { return make_camera_model(640, 480, 420, 420, 320, 240); }
-
-Site make_site(const Senses& senses) {
-    Site site;
-    site.name = "hall";
-    site.ceiling = hall_height;
-    for (int c = 0; c < 2; ++c) {
-        SiteCamera camera;
-        camera.id = c == 0 ? "west" : "east";
-        camera.model = wall_camera_model();
-        const Eigen::Vector3d at(c == 0 ? 0.1 : hall.x() - 0.1, c == 0 ? 0.5 : hall.y() - 0.5, 2.6);
-        KnownPose known;
-        known.map_from_camera.pose = looking_at(at, {hall.x() * (c == 0 ? 0.45 : 0.55), hall.y() / 2, 0});
-        Vector6d sigma;
-        sigma << 0.01, 0.01, 0.01, 0.003, 0.003, 0.003;
-        known.map_from_camera.covariance = sigma.cwiseAbs2().asDiagonal();
-        camera.placement.emplace<KnownPose>(known);
-        site.cameras.push_back(camera);
-    }
-    const auto mounted = [&](const char* id, const Eigen::Matrix3d& turn, const CameraModel& model) {
-        SiteCamera camera;
-        camera.id = id;
-        camera.model = model;
-        Mount mount;
-        mount.robot = "r1";
-        mount.has_covariance = true;
-        mount.robot_from_camera.pose.linear() = turn;
-        mount.robot_from_camera.pose.translation() = Eigen::Vector3d(0.05, 0, 0.3);
-        Vector6d sigma;
-        sigma << 0.002, 0.002, 0.002, 0.003, 0.003, 0.003;
-        mount.robot_from_camera.covariance = sigma.cwiseAbs2().asDiagonal();
-        camera.placement.emplace<Mount>(mount);
-        site.cameras.push_back(camera);
-    };
-    Eigen::Matrix3d up;
-    up << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-    mounted("up", up, make_camera_model(352, 288, 300, 300, 175.5, 143.5));
-    mounted("eye", looking_at(Eigen::Vector3d::Zero(), {1, 0, 0.6}).linear(), make_camera_model(640, 480, 330, 330, 320, 240));
-    SiteRobot robot;
-    robot.id = "r1";
-    robot.shape = Box{0.6, 0.4, 0.4};
-    // Where nothing shows the front, the wheels may point anywhere.
-    const bool has_front = senses.cameras || senses.ceiling || senses.corners || senses.odometry;
-    robot.drive = has_front ? Drive::differential : Drive::holonomic;
-    robot.odometry = WheelOdometry{};
-    Receiver receiver;
-    receiver.position = Eigen::Vector3d(has_front ? 0.1 : 0, 0, 0.4);
-    receiver.sigma = 0.03;
-    robot.receiver = receiver;
-    site.robots.push_back(robot);
-    int number = 0;
-    for (double x = 0.5; x < hall.x(); x += 1.4) {
-        for (double y = 0.5; y < hall.y(); y += 1.25) {
-            SiteLandmark landmark;
-            landmark.id = fmt::format("n{}", ++number);
-            landmark.kind = LedTriangle{0.10, 0.15};
-            landmark.map_from_landmark.translation() = Eigen::Vector3d(x, y, hall_height);
-            site.landmarks.push_back(landmark);
-        }
-    }
-    for (const Eigen::Vector2d& at : {Eigen::Vector2d(0, 0), {8, 0}, {8, 6}, {0, 6}, {4, 0}, {4, 6}}) {
-        SiteBeacon beacon;
-        beacon.id = fmt::format("b{}", site.beacons.size());
-        beacon.position = Eigen::Vector3d(at.x(), at.y(), 2.5);
-        site.beacons.push_back(beacon);
-    }
-    for (int i = 0; i < 4; ++i) {
-        SiteCorner corner;
-        corner.id = fmt::format("c{}", i);
-        corner.position = Eigen::Vector3d(i == 1 || i == 2 ? hall.x() : 0, i >= 2 ? hall.y() : 0, hall_height);
-        corner.yaw = i * std::numbers::pi / 2;
-        site.corners.push_back(corner);
-    }
-    return site;
-}
-
-/// The true motion: states of the tracker's own kind, every `fine` seconds.
-struct TrueMotion {
-    std::vector<StateVector> states;
-
-    StateVector at(double time) const { return states[std::min(static_cast<std::size_t>(std::lround(time / fine)), states.size() - 1)]; }
-};
-
-StateVector next_state(const StateVector& now, const MotionModel& model, Random& random) {
-    const Eigen::Rotation2Dd axes(now[state_yaw]);
-    Eigen::Vector2d own = axes.inverse() * now.segment<2>(state_vx);
-    const double keep = std::exp(-fine / model.memory);
-    const double root = std::sqrt(fine);
-    own.x() = keep * own.x() + random.normal(model.acceleration * root);
-    const bool steers = model.drive == Drive::differential;
-    own.y() =
-        keep * (steers ? std::exp(-fine / model.slip_memory) : 1) * own.y() + random.normal((steers ? model.side_acceleration : model.acceleration) * root);
-    StateVector next = now;
-    next[state_turn] = keep * now[state_turn] + random.normal(model.turning * root);
-    next[state_yaw] += 0.5 * fine * (now[state_turn] + next[state_turn]);
-    const Eigen::Vector2d velocity = Eigen::Rotation2Dd(next[state_yaw]) * own;
-    next.head<2>() += 0.5 * fine * (now.segment<2>(state_vx) + velocity);
-    next.segment<2>(state_vx) = velocity;
-    return next;
-}
-
-/// Stretches that would leave the hall are driven anew.
-TrueMotion true_motion(double seconds, const MotionModel& model, Random& random) {
-    TrueMotion motion;
-    StateVector now = StateVector::Zero();
-    now.head<3>() = Eigen::Vector3d(random.uniform(2.5, 5.5), random.uniform(2, 4), random.uniform(-3, 3));
-    now.segment<2>(state_vx) = Eigen::Rotation2Dd(now[state_yaw]) * Eigen::Vector2d(random.uniform(0.1, 0.5), 0);
-    motion.states.push_back(now);
-    const auto steps = static_cast<std::size_t>(seconds / fine) + 1;
-    constexpr std::size_t stretch = 200;
-    int attempts = 0;
-    while (motion.states.size() < steps) {
-        const std::size_t before = motion.states.size();
-        bool inside = true;
-        for (std::size_t i = 0; i < stretch && inside; ++i) {
-            motion.states.push_back(next_state(motion.states.back(), model, random));
-            const auto& s = motion.states.back();
-            inside = s[0] > 0.8 && s[1] > 0.8 && s[0] < hall.x() - 0.8 && s[1] < hall.y() - 0.8 && s.segment<2>(state_vx).norm() < 1.5 &&
-                     std::abs(s[state_turn]) < 3;
-        }
-        if (inside) continue;
-        // Stuck in front of a wall: go back farther.
-        const std::size_t back = before - std::min<std::size_t>(before - 1, stretch * static_cast<std::size_t>(++attempts / 20));
-        motion.states.resize(attempts % 20 == 0 ? back : before);
-    }
-    return motion;
 }
 
 /// Fisher information of a range about the distance, 1/m^2: less than 1/sigma^2 since some are late.
@@ -220,10 +89,10 @@ public:
     explicit Drive1(const DriveOptions& options)
         : options_(options),
           random_(options.seed),
-          site_(make_site(options.senses)),
+          site_(hall_site(options.senses)),
           tracker_(site_, {}),
           models_(site_, {}),
-          motion_(true_motion(options.seconds, models_.motion[0], random_)),
+          motion_(drive_through_hall(options.seconds, models_.motion[0], random_)),
           bound_(models_, motion_) {
         for (int c = 0; c < 2; ++c) {
             const auto& known = std::get<KnownPose>(site_.cameras[static_cast<std::size_t>(c)].placement).map_from_camera;
@@ -239,6 +108,7 @@ public:
         scale_ = options.scale_error != 0 ? options.scale_error : random_.normal(wheels.scale_sigma);
         drift_ = options.drift_error != 0 ? options.drift_error : random_.normal(wheels.drift_sigma);
         range_information_ = information_of(site_.robots[0].receiver->sigma, models_.settings.late);
+        if (options.smoothed) tracker_.keep_history();
     }
 
     std::vector<TrackerSample> run() {
@@ -246,6 +116,7 @@ public:
         for (int i = 0; i * 0.01 < options_.seconds; ++i) {
             const double t = i * 0.01;
             const Senses& s = options_.senses;
+            if (options_.smoothed && i % 5 == 4) keep_fix(t);
             const bool sees = t < options_.blind_from;
             if (s.odometry && i % 5 == 0) roll(t);
             if (!sees) continue;
@@ -258,6 +129,7 @@ public:
                 if (i % 20 == 2 + 3 * b) hear(b, t);
             }
         }
+        if (options_.smoothed) take_smoothed();
         return std::move(samples_);
     }
 
@@ -269,18 +141,28 @@ public:
         s.time = t;
         const StateVector truth = motion_.at(t);
         s.truth = {truth[0], truth[1], wrap_angle(truth[2])};
-        for (const Fix& fix : tracker_.fixes(from_seconds(t))) {
-            s.found = fix.status != FixStatus::none;
-            s.yaw_known = fix.yaw_known;
-            s.fix = fix.pose;
-            s.covariance = fix.covariance;
-        }
+        for (const Fix& fix : tracker_.fixes(from_seconds(t))) s.take(fix);
+        if (options_.smoothed) keep_fix(t);
         bound_.predict_to(from_seconds(t), scale_, drift_);
         s.bound = bound_.belief().pose_covariance();
         samples_.push_back(s);
     }
 
 private:
+    void keep_fix(double t) {
+        const auto fixes = tracker_.fixes(from_seconds(t));
+        fixes_.insert(fixes_.end(), fixes.begin(), fixes.end());
+    }
+
+    /// In the samples, what is known now of those moments.
+    void take_smoothed() {
+        const auto fixes = smooth(tracker_, fixes_);
+        for (TrackerSample& s : samples_) {
+            const auto fix = std::find_if(fixes.begin(), fixes.end(), [&](const Fix& f) { return f.time == from_seconds(s.time); });
+            if (fix != fixes.end()) s.take(*fix);
+        }
+    }
+
     Pose2 truth(double t) const {
         const StateVector s = motion_.at(t);
         return {s[0], s[1], s[2]};
@@ -416,8 +298,7 @@ private:
 
             begin_bound(t, sighting.proposals[0].covariance);
             const OnboardSource& source = models_.onboard.at(models_.source("eye"));
-            add_slow_states(bound_.belief(), source);
-            for (int k = 0; k < 3; ++k) ensure_slow(bound_.belief(), {SlowKind::corner_place, static_cast<int>(i), k, 1, 1e-5});
+            add_slow_states(bound_.belief(), static_cast<int>(i), source);
             if (const auto l = linearise_corner(bound_.belief(), seen, corner, static_cast<int>(i), source)) bound_.learn(*l);
             return;
         }
@@ -464,14 +345,22 @@ private:
     Pose2 wheels_;
     double next_sample_ = 3;
     std::vector<TrackerSample> samples_;
+    std::vector<Fix> fixes_;  // all, for smoothing
 };
 
 }  // namespace
 
+void TrackerSample::take(const Fix& known) {
+    found = known.status != FixStatus::none;
+    yaw_known = known.yaw_known;
+    fix = known.pose;
+    covariance = known.covariance;
+}
+
 std::vector<TrackerSample> simulated_drive(const DriveOptions& options) { return Drive1(options).run(); }
 
-ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed,
-                                      const std::function<void(double)>& progress) {
+ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed, const std::function<void(double)>& progress,
+                                      bool smoothed) {
     ConsistencyResult result;
     result.name = name;
     result.runs = runs;
@@ -482,6 +371,7 @@ ConsistencyResult measure_consistency(const std::string& name, const Senses& sen
         DriveOptions options;
         options.senses = senses;
         options.seed = mix64(seed * 1000003 + static_cast<std::uint64_t>(i));
+        options.smoothed = smoothed;
         const auto samples = simulated_drive(options);
         for (std::size_t k = 0; k < samples.size(); ++k) {
             const TrackerSample& s = samples[k];
@@ -495,7 +385,8 @@ ConsistencyResult measure_consistency(const std::string& name, const Senses& sen
             yaw_squares += error.z() * error.z();
             bounds += s.bound.topLeftCorner<2, 2>().trace();
             yaw_bounds += s.bound(2, 2);
-            if (k + 1 < samples.size()) continue;
+            // The tracker knows most at the end; the smoother least at the ends.
+            if (k != (smoothed ? samples.size() / 2 : samples.size() - 1)) continue;
             ++judged;
             const Eigen::Matrix2d place = s.covariance.topLeftCorner<2, 2>();
             result.nees += result.dimensions == 3 ? nees(error, s.covariance) : error.head<2>().dot(place.inverse() * error.head<2>());

@@ -6,19 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "roomfix/estimate/tracker_settings.hpp"
-#include "roomfix/geometry/pose.hpp"
+#include "roomfix/evaluate/hall.hpp"
+#include "roomfix/observation/fix.hpp"
 
 namespace roomfix {
-
-/// What locates the robot.
-struct Senses {
-    bool cameras = false;  // two fixed ones
-    bool ceiling = false;  // landmarks that all look alike
-    bool corners = false;  // four that all look alike
-    bool ranges = false;   // to six beacons, one in ten late
-    bool odometry = false;
-};
 
 struct DriveOptions {
     Senses senses;
@@ -27,6 +18,7 @@ struct DriveOptions {
     std::uint64_t seed = 1;
     double scale_error = 0;  // of the odometry, added to what its prior says
     double drift_error = 0;  // rad/s, likewise
+    bool smoothed = false;   // judge what is known after the drive, not during it
 };
 
 /// One moment of a drive.
@@ -37,6 +29,8 @@ struct TrackerSample {
     Pose2 truth, fix;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     Eigen::Matrix3d bound = Eigen::Matrix3d::Identity();  // posterior Cramer-Rao bound at the truth
+
+    void take(const Fix& known);
 };
 
 /// A robot that accelerates at random, as the motion model says, and stays in the hall. Samples every 0.5 s after the third second.
@@ -58,7 +52,7 @@ struct ConsistencyResult {
 
 /// `runs` drives with one set of senses. NEES is that of the last sample of each drive, so that runs are independent.
 ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed,
-                                      const std::function<void(double)>& progress = {});
+                                      const std::function<void(double)>& progress = {}, bool smoothed = false);
 
 /// The ten sets of senses that the product promises to be truthful with.
 std::vector<std::pair<std::string, Senses>> all_senses();

@@ -1,0 +1,33 @@
+// Observations of one robot, each with what it shows decided.
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "roomfix/estimate/tracker.hpp"
+#include "roomfix/smooth/trajectory.hpp"
+
+namespace roomfix {
+
+struct SeenLandmark {
+    LandmarkObservation seen;
+    int landmark = 0;  // index in the site
+};
+
+struct SeenCorner {
+    CornerObservation seen;
+    int corner = 0;  // index in the site
+};
+
+struct Measured {
+    Nanoseconds time = 0;
+    int source = 0;  // of the tracker's sources
+    std::variant<PoseObservation, SeenLandmark, SeenCorner, RangeObservation, RangeDifferenceObservation> what;
+};
+
+/// Where the other robots of the group are is needed to tell look-alikes apart: `trajectories` has one for each robot of the site that has
+/// one. What fits the trajectory of `robot` best is what was seen; observations that fit nothing are left out.
+std::vector<Measured> measured_of(int robot, const TrackerHistory& history, const std::vector<Group>& groups, const TrackingModels& models,
+                                  const std::vector<std::optional<Trajectory>>& trajectories);
+
+}  // namespace roomfix

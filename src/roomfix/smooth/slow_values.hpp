@@ -1,0 +1,45 @@
+// Errors that change slowly, as unknowns of the smoother: constant over a while, tied to the next while.
+#pragma once
+
+#include <ceres/problem.h>
+
+#include <map>
+#include <memory>
+#include <tuple>
+#include <vector>
+
+#include "roomfix/base/time.hpp"
+#include "roomfix/estimate/belief.hpp"
+
+namespace roomfix {
+
+class SlowValues {
+public:
+    /// Values start where `earlier` has them, if it does.
+    SlowValues(ceres::Problem& problem, Nanoseconds start, const SlowValues* earlier) : problem_(problem), start_(start), earlier_(earlier) {}
+
+    /// The value of a slow state of the tracker at a time. Ask in the order of times.
+    double* of(const SlowState& state, Nanoseconds time);
+    /// A value that walks at random: `sigma` at first, and `walk` per square root of a second. `core`: which of the core's states.
+    double* walking(int core, double sigma, double walk, Nanoseconds time);
+
+    const std::vector<double*>& all() const { return all_; }
+
+private:
+    struct Chain {
+        long first = 0;  // number of its first stretch of time
+        std::vector<std::unique_ptr<double>> values;
+    };
+    using Key = std::tuple<int, int, int>;
+    double* in_chain(const Key& key, double stretch, double sigma, double keep, double step_sigma, Nanoseconds time);
+
+    const double* earlier_value(const Key& key, long number) const;
+
+    ceres::Problem& problem_;
+    Nanoseconds start_;
+    const SlowValues* earlier_;
+    std::map<Key, Chain> chains_;
+    std::vector<double*> all_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,134 @@
+#include "roomfix/smooth/trajectory.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <numbers>
+
+#include "roomfix/base/random.hpp"
+#include "roomfix/smooth/knot_covariance.hpp"
+
+namespace roomfix {
+namespace {
+
+Fix fix_at(double time, double x, double y, double yaw) {
+    Fix fix;
+    fix.time = from_seconds(time);
+    fix.status = FixStatus::ok;
+    fix.pose = {x, y, wrap_angle(yaw)};
+    return fix;
+}
+
+TEST(Trajectory, PiecesBetweenKnotsAreExactForCubics) {
+    const auto cubic = [](double t) { return 1 + 2 * t - 3 * t * t + 0.5 * t * t * t; };
+    const auto slope = [](double t) { return 2 - 6 * t + 1.5 * t * t; };
+    Trajectory way;
+    for (const double t : {1.0, 1.3, 2.0}) {
+        way.times.push_back(from_seconds(t));
+        way.knots.push_back(Knot::Zero());
+        way.knots.back().head<3>().setConstant(cubic(t));
+        way.knots.back().tail<3>().setConstant(slope(t));
+    }
+    for (const double t : {1.0, 1.1, 1.29, 1.3, 1.77, 2.0}) {
+        const Knot at = way.at(from_seconds(t));
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_NEAR(at[i], cubic(t), 1e-9);
+            EXPECT_NEAR(at[3 + i], slope(t), 1e-8);
+        }
+    }
+}
+
+TEST(Trajectory, KnotsStandWhereSomethingWasMeasuredAndNeverFarApart) {
+    const Nanoseconds ms = 1'000'000;
+    const auto times = knot_times({500 * ms, 0, 3 * ms, 20 * ms, 503 * ms}, 100 * ms, 10 * ms);
+    ASSERT_EQ(times.front(), 0);
+    EXPECT_EQ(times.back(), 503 * ms) << "the end counts although it is close to its neighbour";
+    EXPECT_NE(std::find(times.begin(), times.end(), 20 * ms), times.end());
+    EXPECT_EQ(std::find(times.begin(), times.end(), 3 * ms), times.end());
+    for (std::size_t i = 1; i < times.size(); ++i) {
+        EXPECT_GT(times[i], times[i - 1]);
+        EXPECT_LE(times[i] - times[i - 1], 100 * ms);
+    }
+    EXPECT_TRUE(knot_times({}, 100 * ms, 10 * ms).empty());
+}
+
+/// The tracker had the robot the wrong way round at first; afterwards it is known better.
+TEST(Trajectory, StartsWithTheFrontThatTheTrackerEndedWith) {
+    std::vector<Fix> fixes;
+    std::vector<Nanoseconds> moments;
+    for (int i = 0; i <= 40; ++i) {
+        const double t = 0.05 * i;
+        const double yaw = 3.0 + 0.5 * t;  // past half a turn
+        fixes.push_back(fix_at(t, t, 0, i < 20 ? yaw + std::numbers::pi : yaw));
+        moments.push_back(fixes.back().time);
+    }
+    const auto way = first_trajectory(fixes, knot_times(moments, from_seconds(0.1), from_seconds(0.01)), OdometryTrack(), 2);
+    ASSERT_TRUE(way);
+    for (std::size_t k = 0; k < way->knots.size(); ++k) {
+        EXPECT_NEAR(std::remainder(way->knots[k][2] - (3.0 + 0.5 * to_seconds(way->times[k])), 2 * std::numbers::pi), 0, 1e-9);
+        EXPECT_LT(k == 0 ? 0 : std::abs(way->knots[k][2] - way->knots[k - 1][2]), 0.1);
+    }
+}
+
+TEST(Trajectory, WheelsFillWhatTheTrackerDidNotKnow) {
+    OdometryTrack driven;
+    std::vector<Fix> fixes;
+    std::vector<Nanoseconds> moments;
+    const auto truth = [](double t) { return Eigen::Vector2d(2 * std::sin(0.5 * t), 2 - 2 * std::cos(0.5 * t)); };
+    for (int i = 0; i <= 80; ++i) {
+        const double t = 0.05 * i;
+        driven.add(from_seconds(t), {truth(t).x() + 7, truth(t).y() - 3, 0.5 * t});
+        moments.push_back(from_seconds(t));
+        if (t < 1 || t > 3) fixes.push_back(fix_at(t, truth(t).x(), truth(t).y(), 0.5 * t));
+    }
+    const auto way = first_trajectory(fixes, knot_times(moments, from_seconds(0.1), from_seconds(0.01)), driven, 1);
+    ASSERT_TRUE(way);
+    EXPECT_LT((way->at(from_seconds(2)).head<2>() - truth(2)).norm(), 0.01);
+    EXPECT_FALSE(first_trajectory({fixes.front()}, moments, driven, 1)) << "one fix is no way";
+}
+
+TEST(Trajectory, APartHoldsTheTimesAskedFor) {
+    Trajectory way;
+    for (int i = 0; i < 10; ++i) {
+        way.times.push_back(from_seconds(i));
+        way.knots.push_back(Knot::Constant(i));
+    }
+    const Trajectory part = way.part(from_seconds(2.5), from_seconds(4.5));
+    EXPECT_EQ(part.start(), from_seconds(2));
+    EXPECT_EQ(part.end(), from_seconds(5));
+    const Trajectory all = way.part(from_seconds(-5), from_seconds(50));
+    EXPECT_EQ(all.knots.size(), way.knots.size());
+}
+
+TEST(KnotCovariance, IsTheInverseOfTheInformation) {
+    Random random(3);
+    for (const int common : {0, 4}) {
+        const int knots = 7;
+        const int columns = 6 * knots + common;
+        Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(12 * knots + common, columns);
+        for (int k = 0; k < knots; ++k) {
+            for (int r = 0; r < 12; ++r) {
+                for (int c = 6 * k; c < std::min(6 * k + 12, 6 * knots); ++c) dense(12 * k + r, c) = random.normal();
+                for (int c = 0; c < common; ++c) dense(12 * k + r, 6 * knots + c) = random.normal();
+            }
+        }
+        for (int c = 0; c < common; ++c) dense(12 * knots + c, 6 * knots + c) = 1;
+        const Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian = dense.sparseView();
+        const Eigen::MatrixXd expected = (dense.transpose() * dense).inverse();
+        const auto pairs = knot_covariances(jacobian, knots);
+        ASSERT_EQ(pairs.size(), 6U);
+        for (int k = 0; k + 1 < knots; ++k) {
+            const Eigen::MatrixXd block = expected.block(6 * k, 6 * k, 12, 12);
+            EXPECT_LT((pairs[static_cast<std::size_t>(k)] - block).norm(), 1e-9 * block.norm());
+        }
+    }
+}
+
+TEST(KnotCovariance, IsEmptyWhereNothingHoldsAKnot) {
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6, 12);
+    dense.leftCols(6).setIdentity();
+    EXPECT_TRUE(knot_covariances(dense.sparseView(), 2).empty());
+}
+
+}  // namespace
+}  // namespace roomfix
