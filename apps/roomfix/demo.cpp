@@ -95,9 +95,9 @@ int demo(const Arguments& arguments) {
     const auto start = std::chrono::steady_clock::now();
     const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
     std::vector<Solid> solids;
-    std::vector<LumaImage> frames(renderers.size());
-    std::vector<LumaImage> up_frames(up_renderers.size());
-    std::vector<LumaImage> eye_frames(eye_renderers.size());
+    std::vector<LumaImage> frames(renderers.size() + up_renderers.size() + eye_renderers.size());  // fixed, looking up, looking for corners
+    WorkerPool pool(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    room.measure_latency();
     double heard_until = 0;
     std::vector<std::pair<int, WheelSimulator>> wheels;
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
@@ -112,26 +112,24 @@ int demo(const Arguments& arguments) {
             const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
             solids.insert(solids.end(), parts.begin(), parts.end());
         }
-        // Render side by side, feed in the cameras' order.
-        std::vector<std::thread> threads;
-        for (std::size_t c = 0; c < renderers.size(); ++c) {
-            if (c == mishaps.freezing && mishaps.frozen(time) && !frames[c].empty()) continue;
-            const CameraRenderer& renderer = c == mishaps.bumped && mishaps.is_bumped(time) ? knocked_renderer : renderers[c];
-            threads.emplace_back([&, c] { renderer.render(solids, light_at(time, arguments.seed + c), i, frames[c]); });
-        }
-        for (std::size_t c = 0; c < up_renderers.size(); ++c) {
-            const ScenarioUpCamera& camera = scenario.up_cameras[c];
-            const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
-            threads.emplace_back([&, c, map_from_camera] {
-                up_renderers[c].render(scenario.ceiling, map_from_camera, light_at(time, arguments.seed + 50 + c), i, up_frames[c]);
-            });
-        }
-        for (std::size_t c = 0; c < eye_renderers.size(); ++c) {
-            threads.emplace_back([&, c] {
-                eye_renderers[c].render(scenario.room, eye_pose(scenario, scenario.eyes[c], time), light_at(time, arguments.seed + 80 + c), i, eye_frames[c]);
-            });
-        }
-        for (auto& thread : threads) thread.join();
+        // Rendered side by side, and looked at side by side.
+        const bool frozen = mishaps.frozen(time) && !frames[mishaps.freezing].empty();
+        const std::size_t ups = renderers.size(), eyes = ups + up_renderers.size();
+        const std::uint64_t light = arguments.seed;
+        pool.run(static_cast<int>(frames.size()), [&](int job) {
+            const auto c = static_cast<std::size_t>(job);
+            if (c >= eyes) {
+                const Eigen::Isometry3d map_from_camera = eye_pose(scenario, scenario.eyes[c - eyes], time);
+                eye_renderers[c - eyes].render(scenario.room, map_from_camera, light_at(time, light + 80 + c - eyes), i, frames[c]);
+            } else if (c >= ups) {
+                const ScenarioUpCamera& camera = scenario.up_cameras[c - ups];
+                const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
+                up_renderers[c - ups].render(scenario.ceiling, map_from_camera, light_at(time, light + 50 + c - ups), i, frames[c]);
+            } else if (c != mishaps.freezing || !frozen) {
+                const CameraRenderer& renderer = c == mishaps.bumped && mishaps.is_bumped(time) ? knocked_renderer : renderers[c];
+                renderer.render(solids, light_at(time, light + c), i, frames[c]);
+            }
+        });
         RangeBatch heard;
         for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
             for (RangeObservation range : heard_ranges(scenario, r, heard_until, time, arguments.seed)) {
@@ -146,11 +144,9 @@ int demo(const Arguments& arguments) {
             for (const WheelPose& pose : wheel.until(time)) driven.poses.push_back({epoch + from_seconds(pose.time), robot, pose.pose});
         }
         room.drive(driven);
-        for (std::size_t c = 0; c < renderers.size(); ++c) (void)room.feed(c, frames[c], epoch + from_seconds(time));
-        for (std::size_t c = 0; c < up_renderers.size(); ++c) (void)room.feed(renderers.size() + c, up_frames[c], epoch + from_seconds(time));
-        for (std::size_t c = 0; c < eye_renderers.size(); ++c) {
-            (void)room.feed(renderers.size() + up_renderers.size() + c, eye_frames[c], epoch + from_seconds(time));
-        }
+        std::vector<CameraFrame> seen;
+        for (std::size_t c = 0; c < frames.size(); ++c) seen.push_back({c, frames[c], epoch + from_seconds(time)});
+        (void)room.feed(seen, pool);
         const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
         std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
     }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <thread>
 
 #include "commands.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -14,6 +15,8 @@ namespace {
 struct Arguments {
     std::string session;
     RunOptions run;
+    bool smooth = false;
+    SmootherSettings smoother;
 };
 
 int replay(const Arguments& arguments) {
@@ -25,7 +28,9 @@ int replay(const Arguments& arguments) {
         complain("the session's site file cannot be used:\n" + site.error().message);
         return bad_input;
     }
-    return run_site(*site, arguments.run);
+    RunOptions run = arguments.run;
+    if (arguments.smooth) run.smooth = arguments.smoother;
+    return run_site(*site, run);
 }
 
 }  // namespace
@@ -33,13 +38,21 @@ int replay(const Arguments& arguments) {
 void add_replay(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("replay", "the pipeline over a recorded session: the same input gives the same fixes, byte for byte");
     auto arguments = std::make_shared<Arguments>();
-    arguments->run.speed = 0;
+    arguments->run.run.speed = 0;
+    arguments->run.run.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     arguments->run.fixes = "-";
     arguments->run.page = false;
     command->add_option("SESSION", arguments->session, "session folder")->required();
     command->add_option("--fixes", arguments->run.fixes, "file for the fixes, one JSON object per line; - for stdout")->capture_default_str();
-    command->add_option("--speed", arguments->run.speed, "1 is real time, 0 as fast as it goes")->capture_default_str()->check(CLI::Range(0.0, 1000.0));
+    command->add_option("--speed", arguments->run.run.speed, "1 is real time, 0 as fast as it goes")->capture_default_str()->check(CLI::Range(0.0, 1000.0));
     command->add_option("--background", arguments->run.background, "pictures, folders or videos to learn the background from, for all cameras");
+    command->add_option("--threads", arguments->run.run.threads, "that look at frames side by side; the fixes are the same with any number")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 256));
+    command->add_flag("--smooth", arguments->smooth, "give the best way after the fact: every fix rests on what came later, too");
+    command->add_option("--window", arguments->smoother.window, "seconds that are smoothed at once; 0: the whole session")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1e6));
     command->add_flag("--page", arguments->run.page, "serve the page while it runs");
     command->footer("Example: roomfix replay session --fixes fixes.jsonl && roomfix evaluate fixes.jsonl --truth session/truth.csv");
     command->callback([=, &exit_code] { exit_code = replay(*arguments); });

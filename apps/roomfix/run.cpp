@@ -1,4 +1,5 @@
 #include <memory>
+#include <thread>
 
 #include "commands.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -29,10 +30,12 @@ int run(Arguments arguments) {
 void add_run(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("run", "opens a site's sources, finds its robots, serves the page");
     auto arguments = std::make_shared<Arguments>();
+    arguments->options.run.on_time = true;
+    arguments->options.run.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     command->add_option("SITE", arguments->site, "site file")->required();
     command->add_option("--fixes", arguments->options.fixes, "file for the fixes, one JSON object per line; - for stdout");
     command->add_option("--background", arguments->options.background, "pictures, folders or videos to learn the background from, for all cameras");
-    command->add_option("--speed", arguments->options.speed, "of recordings: 1 is real time, 0 as fast as it goes")
+    command->add_option("--speed", arguments->options.run.speed, "of recordings: 1 is real time, 0 as fast as it goes")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1000.0));
     command->add_option("--host", arguments->options.host, "address to serve the page on (default 127.0.0.1: this machine only)");

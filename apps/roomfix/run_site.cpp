@@ -42,6 +42,7 @@ int run_site(const Site& site, const RunOptions& options) {
         return bad_input;
     };
     if (auto learned = learn_backgrounds(room, site, options); !learned) return give_up(learned.error());
+    if (options.smooth) room.keep_for_smoothing();
     std::string fixes = options.fixes;
     if (fixes.empty() && !site.outputs.jsonl.empty()) fixes = resolved_path(site, site.outputs.jsonl);
     if (!fixes.empty()) {
@@ -54,9 +55,12 @@ int run_site(const Site& site, const RunOptions& options) {
         if (auto served = room.serve_page(web.host, web.port); !served) return give_up(served.error());
         say(fmt::format("the map is at http://{}:{}", web.host, room.page_port()));
     }
-    if (auto ran = room.run_sources(options.speed, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    if (auto ran = room.run_sources(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    if (options.smooth) room.write_smoothed(*options.smooth, progress_bar("smoothing"));
     for (const SourceState& state : room.source_states()) {
-        say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, state.message));
+        const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
+        say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
+                        state.message));
     }
     for (const std::string& problem : room.line_problems()) say("not used: " + problem);
     const TrackerCounts counts = room.tracker_counts();

@@ -1,10 +1,11 @@
 // Runs a site to the end of its sources: what `run` and `replay` have in common.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "roomfix/site/site.hpp"
+#include "roomfix/pipeline/site_runner.hpp"
 
 namespace roomfix {
 
@@ -13,8 +14,9 @@ struct RunOptions {
     bool page = true;
     std::string host;  // of the page; empty: as the site file says
     int port = -1;
-    double speed = 1;                     // of recordings; 0: as fast as it goes
-    std::vector<std::string> background;  // for all cameras; empty: as the site file says
+    RunSettings run;
+    std::optional<SmootherSettings> smooth;  // fixes are smoothed after the end
+    std::vector<std::string> background;     // for all cameras; empty: as the site file says
 };
 
 /// Says on stderr what goes on, and returns the exit code.

@@ -219,12 +219,20 @@ std::string text_of(const fs::path& file) {
 }
 
 TEST_F(CommandLine, ReplayGivesTheSameBytesAndEvaluateJudgesThem) {
-    const std::string first = (*folder / "first.jsonl").string(), second = (*folder / "second.jsonl").string();
+    const std::string first = (*folder / "first.jsonl").string(), second = (*folder / "second.jsonl").string(), third = (*folder / "third.jsonl").string(),
+                      smoothed = (*folder / "smoothed.jsonl").string();
     ASSERT_EQ(call(fmt::format("replay {} --fixes {}", session(), first)).code, 0);
-    ASSERT_EQ(call(fmt::format("replay {} --fixes {}", session(), second)).code, 0);
+    ASSERT_EQ(call(fmt::format("replay {} --threads 1 --fixes {}", session(), second)).code, 0);
+    ASSERT_EQ(call(fmt::format("replay {} --threads 3 --fixes {}", session(), third)).code, 0);
     const std::string fixes = text_of(first);
     EXPECT_GT(std::count(fixes.begin(), fixes.end(), '\n'), 10);
     EXPECT_EQ(fixes, text_of(second));
+    EXPECT_EQ(fixes, text_of(third));
+    ASSERT_EQ(call(fmt::format("replay {} --smooth --fixes {}", session(), smoothed)).code, 0);
+    const std::string after = text_of(smoothed);
+    EXPECT_EQ(std::count(after.begin(), after.end(), '\n'), std::count(fixes.begin(), fixes.end(), '\n'));
+    EXPECT_NE(after, fixes);
+    EXPECT_EQ(fixes.find("latency"), std::string::npos) << "what depends on the clock would not be the same every time";
     const std::string page = (*folder / "report.html").string(), poses = (*folder / "poses").string();
     expect_says(call(fmt::format("evaluate {} --truth {}/truth.csv --report {} --tum {}", first, session(), page, poses)), 0, "identity switches: 0");
     EXPECT_NE(text_of(page).find("</svg>"), std::string::npos);

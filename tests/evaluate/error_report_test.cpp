@@ -47,6 +47,24 @@ TEST(ErrorReport, HonestFixesHaveANeesOfOneAndTheirOwnRmse) {
     EXPECT_EQ(report.identity_switches, 0);
 }
 
+TEST(ErrorReport, SumsUpTheLatencyOfFixesThatStateOne) {
+    std::string lines;
+    for (int i = 1; i <= 100; ++i) {
+        lines += fmt::format(
+            "{{\"time\": {:.2f}, \"robot\": \"r1\", \"status\": \"ok\", \"x\": 0, \"y\": 0, \"yaw\": 0, "
+            "\"covariance\": [1e-4, 0, 0, 0, 1e-4, 0, 0, 0, 1e-4], \"sources\": [\"hall\"]{}}}\n",
+            0.1 * i, i % 2 == 0 ? fmt::format(", \"latency\": {:.3f}", 0.001 * i) : "");
+    }
+    const ErrorReport report = judge(parse_fixes(lines), two_robots());
+    EXPECT_EQ(report.latency.count, 50U);
+    EXPECT_NEAR(report.latency.mean, 0.051, 1e-9);
+    EXPECT_NEAR(report.latency.max, 0.1, 1e-9);
+    EXPECT_NE(text_of(report).find("latency from frame to fix: mean 51 ms"), std::string::npos);
+    EXPECT_NE(json_of(report).find("\"latency\""), std::string::npos);
+    EXPECT_NE(html_of(report, "t").find("Latency from frame to fix"), std::string::npos);
+    EXPECT_EQ(text_of(judge({}, two_robots())).find("latency"), std::string::npos);
+}
+
 TEST(ErrorReport, CountsANameThatMovesToAnotherRobotAndWhetherThatWasFlagged) {
     RecordedFixes recorded;
     for (int i = 0; i < 200; ++i) {

@@ -37,7 +37,9 @@ protected:
         ASSERT_FALSE(term.slow.empty() && term.dimensions > 1);
         Random random(5);
         std::vector<std::vector<double>> values = {{}, {}};
-        for (int end = 0; end < 2; ++end) values[static_cast<std::size_t>(end)].assign(way_.knots[static_cast<std::size_t>(end)].data(), way_.knots[static_cast<std::size_t>(end)].data() + 6);
+        for (int end = 0; end < 2; ++end)
+            values[static_cast<std::size_t>(end)].assign(way_.knots[static_cast<std::size_t>(end)].data(),
+                                                         way_.knots[static_cast<std::size_t>(end)].data() + 6);
         for (const SlowState& state : term.slow) values.push_back({0.01 * std::sqrt(state.variance) * random.normal()});
         std::vector<const double*> pointers;
         for (const auto& v : values) pointers.push_back(v.data());

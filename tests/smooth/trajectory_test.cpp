@@ -7,6 +7,7 @@
 
 #include "roomfix/base/random.hpp"
 #include "roomfix/smooth/knot_covariance.hpp"
+#include "roomfix/smooth/residual_series.hpp"
 
 namespace roomfix {
 namespace {
@@ -128,6 +129,28 @@ TEST(KnotCovariance, IsEmptyWhereNothingHoldsAKnot) {
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6, 12);
     dense.leftCols(6).setIdentity();
     EXPECT_TRUE(knot_covariances(dense.sparseView(), 2).empty());
+}
+
+/// An average over a first-order autoregressive noise with correlation 0.8 is as uncertain as one over white noise of (1 + 0.8) / (1 - 0.8)
+/// times the variance.
+TEST(VarianceFactor, CountsVarianceAndCorrelationInTime) {
+    for (const double keep : {0.0, 0.8}) {
+        Random random(7);
+        ResidualSeries series;
+        std::vector<double> value = {0, 0};
+        for (int i = 0; i < 20000; ++i) {
+            for (double& v : value) v = keep * v + std::sqrt(1 - keep * keep) * 1.5 * random.normal();
+            series.add(from_seconds(0.04 * i), value);
+        }
+        const double expected = 2.25 * (1 + keep) / (1 - keep);
+        EXPECT_NEAR(variance_factor({&series}), expected, 0.15 * expected);
+    }
+    ResidualSeries few;
+    few.add(0, {100, 100});
+    EXPECT_EQ(variance_factor({&few}), 1) << "too few to tell";
+    ResidualSeries small;
+    for (int i = 0; i < 100; ++i) small.add(from_seconds(i), {0.01});
+    EXPECT_EQ(variance_factor({&small}), 1) << "stated noise is never made smaller";
 }
 
 }  // namespace

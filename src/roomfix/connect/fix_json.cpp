@@ -48,6 +48,7 @@ std::string fix_line(const Fix& fix) {
     for (std::size_t i = 0; i < fix.sources.size(); ++i) line += (i ? ", " : "") + quoted(fix.sources[i]);
     line += "]";
     if (fix.identity < 0.9995) line += ", \"identity\": " + number_text(std::round(fix.identity * 1e3) / 1e3);
+    if (fix.latency) line += ", \"latency\": " + rounded(*fix.latency);
     if (!fix.nis.empty()) {
         line += ", \"nis\": {";
         for (std::size_t i = 0; i < fix.nis.size(); ++i) {

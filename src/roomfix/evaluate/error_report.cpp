@@ -190,6 +190,7 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
     std::vector<std::string> truly;
     std::map<std::string, NormalisedSquares> nis;
     std::size_t coasting = 0;
+    std::vector<double> latencies;
     for (const Fix& fix : recorded.fixes) {
         if (fix.status == FixStatus::none) continue;
         const std::string robot = true_robot(fix, truth);
@@ -202,8 +203,10 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
         report.fixes.push_back(judged(fix, *pose, options.symmetry));
         truly.push_back(robot);
         coasting += fix.status == FixStatus::coasting;
+        if (fix.latency) latencies.push_back(*fix.latency);
         for (const InnovationSquare& square : fix.nis) nis[square.source].add(fix.time, square.nis, square.dimensions);
     }
+    report.latency = summarise(latencies);
     report.unknown_robots.assign(unknown.begin(), unknown.end());
     report.coasting = report.fixes.empty() ? 0 : static_cast<double>(coasting) / static_cast<double>(report.fixes.size());
 

@@ -45,6 +45,7 @@ struct ErrorReport {
     Summary relative_yaw;                                  // rad
     double availability = 0;                               // part of the true time that has a fix that is not older than `fresh`
     double coasting = 0;                                   // part of the fixes
+    Summary latency;                                       // s, of fixes that state one
     int identity_switches = 0;                             // a robot's name moves to another robot
     int flagged_switches = 0;                              // of these: `identity` said that it was doubtful
     std::vector<std::pair<std::string, Consistency>> nis;  // by source, where the fixes state it

@@ -99,8 +99,8 @@ StateVector next_state(const StateVector& now, const MotionModel& model, Random&
     const double root = std::sqrt(TrueMotion::step);
     own.x() = keep * own.x() + random.normal(model.acceleration * root);
     const bool steers = model.drive == Drive::differential;
-    own.y() =
-        keep * (steers ? std::exp(-TrueMotion::step / model.slip_memory) : 1) * own.y() + random.normal((steers ? model.side_acceleration : model.acceleration) * root);
+    own.y() = keep * (steers ? std::exp(-TrueMotion::step / model.slip_memory) : 1) * own.y() +
+              random.normal((steers ? model.side_acceleration : model.acceleration) * root);
     StateVector next = now;
     next[state_turn] = keep * now[state_turn] + random.normal(model.turning * root);
     next[state_yaw] += 0.5 * TrueMotion::step * (now[state_turn] + next[state_turn]);
@@ -112,9 +112,7 @@ StateVector next_state(const StateVector& now, const MotionModel& model, Random&
 
 }  // namespace
 
-StateVector TrueMotion::at(double time) const {
-    return states[std::min(static_cast<std::size_t>(std::lround(time / step)), states.size() - 1)];
-}
+StateVector TrueMotion::at(double time) const { return states[std::min(static_cast<std::size_t>(std::lround(time / step)), states.size() - 1)]; }
 
 TrueMotion drive_through_hall(double seconds, const MotionModel& model, Random& random) {
     TrueMotion motion;

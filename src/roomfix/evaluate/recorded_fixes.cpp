@@ -77,6 +77,7 @@ Fix read_fix(const json& object, Nanoseconds time) {
     for (int i = 0; i < 9; ++i) fix.covariance(i / 3, i % 3) = covariance[static_cast<std::size_t>(i)].get<double>();
     if (!fix.covariance.allFinite()) throw std::runtime_error("'covariance' is not finite");
     fix.identity = object.value("identity", 1.0);
+    if (object.contains("latency")) fix.latency = finite_number(object, "latency");
     if (const auto nis = object.find("nis"); nis != object.end()) {
         for (const auto& [source, value] : nis->items()) fix.nis.push_back({source, value.at(0).get<double>(), value.at(1).get<int>()});
     }

@@ -60,6 +60,13 @@ std::string escaped(const std::string& text) {
     return safe;
 }
 
+/// A sentence, or nothing where no fix states its latency.
+std::string latency_text(const Summary& latency) {
+    if (latency.count == 0) return "";
+    return fmt::format("latency from frame to fix: mean {:.0f} ms, median {:.0f} ms, 95 % within {:.0f} ms, largest {:.0f} ms", 1e3 * latency.mean,
+                       1e3 * latency.median, 1e3 * latency.p95, 1e3 * latency.max);
+}
+
 std::string html_row(const ErrorTable& t) {
     const bool honest = t.nees.mean >= t.nees.low && t.nees.mean <= t.nees.high;
     return fmt::format(
@@ -161,6 +168,7 @@ std::string text_of(const ErrorReport& report) {
     text += fmt::format("way driven in 1 s: rmse {:.1f} mm, {:.2f} deg\n", millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms));
     text += fmt::format("available {:.1f} % of the time, {:.1f} % of the fixes by prediction alone\n", 100 * report.availability, 100 * report.coasting);
     text += fmt::format("identity switches: {}, of which {} were flagged as doubtful\n", report.identity_switches, report.flagged_switches);
+    if (report.latency.count > 0) text += latency_text(report.latency) + "\n";
     for (const std::string& robot : report.unknown_robots) text += fmt::format("robot {}: the truth does not know it\n", robot);
     return text;
 }
@@ -173,6 +181,7 @@ std::string json_of(const ErrorReport& report) {
               {"identity_switches", report.identity_switches},
               {"flagged_switches", report.flagged_switches},
               {"unknown_robots", report.unknown_robots}};
+    if (report.latency.count > 0) j["latency"] = summary_json(report.latency);
     for (const ErrorTable& t : report.robots) j["robots"].push_back(table_json(t));
     for (const ErrorTable& t : report.sources) j["sources"].push_back(table_json(t));
     for (const auto& [source, c] : report.nis) j["nis"][source] = consistency_json(c);
@@ -199,14 +208,14 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         "td:first-child,th:first-child{{text-align:left}}.good{{color:#2a7d2a}}.off{{color:#b3323f;font-weight:600}}h2{{margin-top:1.6em}}"
         "svg{{max-width:100%;height:auto}}</style></head><body>\n<h1>{0}</h1>\n"
         "<p>Available {1:.1f} % of the time; {2:.1f} % of the fixes by prediction alone. Way driven in one second: {3:.1f} mm and {4:.2f}&deg; rmse. "
-        "Identity switches: {5}, of which {6} were flagged as doubtful.</p>\n"
+        "Identity switches: {5}, of which {6} were flagged as doubtful. {14}</p>\n"
         "<h2>Errors</h2><table>{7}{8}</table>\n<h2>By source</h2><table>{7}{9}</table>\n{10}"
         "<p>NEES per dimension is 1 where the stated covariances are true; the band holds 95 % of such means, with fixes two seconds apart taken as "
         "independent.</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
         "<h2>Over time</h2>{12}\n<h2>Distribution</h2>{13}\n</body></html>\n",
         escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
         report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)),
-        svg_of(distribution(report)));
+        svg_of(distribution(report)), report.latency.count == 0 ? "" : "L" + latency_text(report.latency).substr(1) + ".");
 }
 
 }  // namespace roomfix

@@ -34,6 +34,7 @@ struct Fix {
     std::vector<PoseHypothesis> hypotheses;
     std::vector<InnovationSquare> nis;                 // of the observations of that very time
     double identity = 1;                               // probability that it is this robot and not one that looks the same
+    std::optional<double> latency;                     // s of the clock, from the frame's time until the fix was given
     std::optional<Eigen::Isometry3d> map_from_camera;  // of a fix that is a camera's whole pose
 };
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "roomfix/ceiling/lamps.hpp"
+#include "roomfix/pipeline/page_numbers.hpp"
 #include "roomfix/pipeline/site_runner.hpp"
 
 namespace roomfix {
@@ -11,8 +11,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double farthest_view = 15;  // m: a field of view is drawn no farther than this
-
-double rounded(double value, double unit) { return std::round(value / unit) * unit; }
 
 json point(const Eigen::Vector2d& p) { return {rounded(p.x(), 1e-4), rounded(p.y(), 1e-4)}; }
 
@@ -78,21 +76,16 @@ std::string SiteRunner::site_json() const {
         for (const auto& p : line) polyline.push_back(point(p));
         site["walls"].push_back(polyline);
     }
-    for (const auto& post : posts_) {
-        if (!post->observer) {
-            const int robot = post->corners ? post->corners->robot() : post->locator->robot();
-            site["cameras"].push_back({{"id", post->camera.id},
-                                       {"width", post->camera.model.width},
-                                       {"height", post->camera.model.height},
-                                       {"robot", site_.robots[static_cast<std::size_t>(robot)].id}});
-            continue;
+    for (const auto& station : stations_) {
+        const CameraPost& post = *station->post;
+        json camera = {{"id", post.id()}, {"width", post.camera().model.width}, {"height", post.camera().model.height}};
+        if (post.is_fixed()) {
+            camera["position"] = point(post.view().position().head<2>());
+            camera["view"] = field_of_view(post.view(), site_.walls);
+        } else {
+            camera["robot"] = site_.robots[static_cast<std::size_t>(post.robot())].id;
         }
-        const View& view = post->observer->view();
-        site["cameras"].push_back({{"id", post->camera.id},
-                                   {"width", view.model.width},
-                                   {"height", view.model.height},
-                                   {"position", point(view.position().head<2>())},
-                                   {"view", field_of_view(view, site_.walls)}});
+        site["cameras"].push_back(camera);
     }
     for (const SiteRobot& robot : site_.robots) {
         site["robots"][robot.id] = shape_json(robot.shape);
@@ -113,24 +106,6 @@ std::string SiteRunner::site_json() const {
     return site.dump();
 }
 
-/// What a camera that looks for corners saw: the corner's edges, with the walls' last, and lines that are none of them.
-nlohmann::json SiteRunner::corner_json(const Post& post) const {
-    json seen = {{"id", json()}, {"edges", json::array()}, {"rejected", json::array()}};
-    const auto segment = [](const Eigen::Vector2f& from, const Eigen::Vector2f& to) {
-        json line = json::array();
-        for (const float v : {from.x(), from.y(), to.x(), to.y()}) line.push_back(rounded(static_cast<double>(v), 0.1));
-        return line;
-    };
-    const CornerCameraResult& shown = post.shown_corner;
-    for (const RejectedLine& line : shown.seen.rejected) seen["rejected"].push_back(segment(line.from, line.to));
-    if (shown.seen.corners.empty()) return seen;
-    const bool placed = !shown.located.places.empty();
-    const CornerObservation& corner = shown.seen.corners[placed ? static_cast<std::size_t>(shown.located.places[0].observation) : 0];
-    if (placed && shown.located.places[0].weight > likely) seen["id"] = post.corners->corner_name(shown);
-    for (const EdgeSighting& edge : corner.edges) seen["edges"].push_back(segment(edge.ends[0], edge.ends[1]));
-    return seen;
-}
-
 /// The circles on the floor plan that a robot's ranges draw around the beacons.
 nlohmann::json SiteRunner::ranges_json(Nanoseconds time) const {
     json circles = json::array();
@@ -144,24 +119,6 @@ nlohmann::json SiteRunner::ranges_json(Nanoseconds time) const {
         }
     }
     return circles;
-}
-
-/// What a camera on a robot saw: landmarks with their points, spots that are none, lamps.
-nlohmann::json SiteRunner::onboard_json(const Post& post) const {
-    json seen = {{"landmarks", json::array()}, {"rejected", json::array()}, {"lamps", json::array()}};
-    const auto names = post.locator->landmark_names(post.shown_onboard);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        json points = json::array();
-        for (const auto& p : post.shown_onboard.seen.landmarks[i].points) points.push_back({rounded(p.pixel.x(), 0.1), rounded(p.pixel.y(), 0.1)});
-        seen["landmarks"].push_back({{"id", names[i].empty() ? json() : json(names[i])}, {"points", points}});
-    }
-    for (const auto& spot : post.shown_onboard.seen.rejected) {
-        seen["rejected"].push_back({rounded(static_cast<double>(spot.pixel.x()), 0.1), rounded(static_cast<double>(spot.pixel.y()), 0.1)});
-    }
-    if (!post.last.empty()) {
-        for (const LampBox& lamp : find_lamps(post.last)) seen["lamps"].push_back({lamp.left, lamp.top, lamp.right, lamp.bottom});
-    }
-    return seen;
 }
 
 std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
@@ -178,19 +135,12 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
         if (fix.identity < 0.999) robot["identity"] = rounded(fix.identity, 1e-3);
         state["robots"].push_back(robot);
     }
-    for (const auto& post : posts_) {
-        json camera = {{"id", post->state.id},         {"status", post->state.status},           {"message", post->state.message},
-                       {"frames", post->state.frames}, {"rate", rounded(post->state.rate, 0.1)}, {"busy_ms", rounded(1e3 * post->state.busy, 0.01)},
-                       {"outlines", json::array()}};
-        for (const SilhouetteObservation& o : post->shown) {
-            json outline = json::array();
-            for (const auto& corner : o.outline)
-                outline.push_back({rounded(static_cast<double>(corner.x()), 0.1), rounded(static_cast<double>(corner.y()), 0.1)});
-            const std::string robot = site_.robots[static_cast<std::size_t>(o.robot)].id;
-            camera["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
-        }
-        if (post->corners) camera["corner"] = corner_json(*post);
-        if (post->locator) camera["seen"] = onboard_json(*post);
+    for (const auto& station : stations_) {
+        const SourceState& source = station->state;
+        json camera = {{"id", source.id},         {"status", source.status},           {"message", source.message},
+                       {"frames", source.frames}, {"rate", rounded(source.rate, 0.1)}, {"busy_ms", rounded(1e3 * source.busy, 0.01)}};
+        if (source.dropped > 0) camera["dropped"] = source.dropped;
+        station->post->add_drawings(site_, camera);
         state["cameras"].push_back(camera);
     }
     state["ranges"] = ranges_json(time);

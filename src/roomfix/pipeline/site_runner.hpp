@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,31 +10,42 @@
 #include <string>
 #include <vector>
 
+#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/connect/frame_source.hpp"
-#include "roomfix/connect/odometry_source.hpp"
 #include "roomfix/connect/web_server.hpp"
-#include "roomfix/estimate/tracker.hpp"
-#include "roomfix/overhead/overhead_observer.hpp"
-#include "roomfix/pipeline/corner_camera.hpp"
-#include "roomfix/pipeline/frozen_picture.hpp"
-#include "roomfix/pipeline/onboard_locator.hpp"
+#include "roomfix/pipeline/camera_post.hpp"
+#include "roomfix/pipeline/fix_output.hpp"
+#include "roomfix/pipeline/frame_queue.hpp"
 #include "roomfix/pipeline/range_ears.hpp"
-#include "roomfix/ranging/range_reader.hpp"
+#include "roomfix/pipeline/recorded_senses.hpp"
 #include "roomfix/site/site.hpp"
+#include "roomfix/smooth/smoother.hpp"
 
 namespace roomfix {
-
-constexpr double likely = 0.9;  // weight of a place that is believed, and of a corner that is named
 
 /// What is known about one source, for the page and the final report.
 struct SourceState {
     std::string id;
-    std::string status = "waiting";  // waiting, ok, slow, ended, failed
+    std::string status = "waiting";  // waiting, ok, slow, frozen, quarantined, ended, failed
     std::string message;
     long frames = 0;
     long bad_frames = 0;
-    double rate = 0;  // frames per second
-    double busy = 0;  // s per frame spent on it, smoothed
+    long dropped = 0;  // that came but were not looked at, since there was no time
+    double rate = 0;   // frames per second
+    double busy = 0;   // s per frame spent on it, smoothed
+};
+
+struct RunSettings {
+    double speed = 1;      // of recordings, times as fast as they were taken; 0: as fast as it goes
+    bool on_time = false;  // keep up with the clock: frames of recordings, too, are dropped where there is no time; fixes state their latency
+    int threads = 1;       // that look at recorded frames; the fixes do not depend on it
+};
+
+/// A frame and the camera that it is of, by its place in the runner.
+struct CameraFrame {
+    std::size_t camera = 0;
+    LumaView image;
+    Nanoseconds time = 0;
 };
 
 class SiteRunner {
@@ -44,19 +54,28 @@ public:
     static Result<std::unique_ptr<SiteRunner>> create(const Site& site);
 
     /// Where fixes go: one line each, flushed at every frame. "-" is stdout.
-    Result<void> write_fixes_to(const std::string& file);
+    Result<void> write_fixes_to(const std::string& file) { return output_.open(file); }
+    /// Fixes are kept back, to be smoothed and written by `write_smoothed`.
+    void keep_for_smoothing();
+    void write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress = {});
     /// Serves the page from now on.
     Result<void> serve_page(const std::string& host, int port);
     int page_port() const { return page_ ? page_->port() : 0; }
 
-    std::size_t cameras() const { return posts_.size(); }
-    const SiteCamera& camera(std::size_t index) const { return posts_[index]->camera; }
+    std::size_t cameras() const { return stations_.size(); }
+    const SiteCamera& camera(std::size_t index) const { return stations_[index]->post->camera(); }
     /// True for a camera that watches from a fixed place and compares with a background.
-    bool is_fixed(std::size_t index) const { return posts_[index]->observer != nullptr; }
+    bool is_fixed(std::size_t index) const { return stations_[index]->post->is_fixed(); }
     void set_background(std::size_t index, BackgroundModel background);
 
-    /// One frame of one camera: observes, smooths, and passes the fixes on. Errors (wrong size) are counted and reported.
-    Result<void> feed(std::size_t index, LumaView frame, Nanoseconds time);
+    /// From now on times are those of the system's clock, and fixes state how late they are.
+    void measure_latency();
+    /// One frame of one camera: observes, tracks, and passes the fixes on. Errors (wrong size) are counted and reported.
+    Result<void> feed(const CameraFrame& frame);
+    /// Frames of different cameras of about the same time, in the order of their times, looked at side by side. What is known before is
+    /// the same for all, and they are told in their order: the fixes do not depend on the number of threads. The first error is returned
+    /// after all other frames have been used.
+    Result<void> feed(const std::vector<CameraFrame>& frames, WorkerPool& pool);
     /// Ranges that receivers heard.
     void hear(const RangeBatch& batch);
     /// What robots' wheels reported.
@@ -65,75 +84,72 @@ public:
     void set_source_state(std::size_t index, const std::string& status, const std::string& message);
     std::vector<SourceState> source_states() const;
 
-    /// Runs all sources of the site to their end: recorded ones in the order of their times, `speed` times as fast as they
-    /// were taken (0: as fast as it goes); live ones each in its thread. `stop` ends it early. `progress` gets 0..1.
-    Result<void> run_sources(double speed, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
-    long fixes_given() const { return fixes_given_; }
+    /// Runs all sources of the site to their end: recorded ones in the order of their times, live ones each in its thread. `stop` ends it
+    /// early. `progress` gets 0..1.
+    Result<void> run_sources(const RunSettings& settings, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
+    /// The same with sources of one's own, one for each camera.
+    Result<void> run_sources(std::vector<std::unique_ptr<FrameSource>> sources, const RunSettings& settings, const std::atomic<bool>& stop,
+                             const std::function<void(double)>& progress = {});
+    long fixes_given() const { return output_.given(); }
     /// Lines of range and odometry sources that could not be used, as sentences; at most some of them.
     std::vector<std::string> line_problems() const;
     /// What the tracker could not use.
     TrackerCounts tracker_counts() const;
 
 private:
-    /// One camera: fixed, with an observer; on a robot, with a locator; or one that looks for corners.
-    struct Post {
-        SiteCamera camera;
-        std::unique_ptr<OverheadObserver> observer;
-        std::optional<TagDetector> tags;  // of robots that carry one
-        OverheadResult result;            // the observing thread's own
-        std::vector<PoseObservation> poses;
-        std::unique_ptr<OnboardLocator> locator;
-        OnboardResult onboard;  // the observing thread's own
-        std::unique_ptr<CornerCamera> corners;
-        CornerCameraResult corner;  // the observing thread's own
-        CornerCameraResult shown_corner;
-        std::vector<SilhouetteObservation> shown;  // of the last frame, for the page
-        OnboardResult shown_onboard;
-        LumaImage last;  // for the page
+    struct Station {
+        std::unique_ptr<CameraPost> post;  // used by one thread at a time
         SourceState state;
         double last_wall = 0;  // s, when the last frame came
-        FrozenPicture frozen;
+    };
+    /// What one frame gave, before it is told.
+    struct Look {
+        double seconds = 0;  // spent on it
+        double frozen = 0;
+    };
+    /// Which moment of the clock a time stamp is.
+    struct Pace {
+        double wall = 0;       // s, steady clock ...
+        Nanoseconds time = 0;  // ... and the time stamp of the same moment
+        double speed = 1;
+
+        double wall_of(Nanoseconds t) const { return wall + to_seconds(t - time) / speed; }
     };
     explicit SiteRunner(const Site& site);
-    Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, double speed, const std::atomic<bool>& stop,
+    Result<void> check_size(const CameraFrame& frame);
+    FrameHints hints_for(const CameraPost& post, Nanoseconds time) const;
+    std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
+    Look look(const CameraFrame& frame, const FrameHints& hints);
+    void report(const CameraFrame& frame, const Look& look);
+    std::optional<double> latency(Nanoseconds time) const;
+    Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
     void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
-    void watch(Post& post, LumaView frame, Nanoseconds time);
-    std::vector<char> robots_elsewhere(const Post& post, Nanoseconds time) const;
-    void look_for_corner(Post& post, LumaView frame, Nanoseconds time);
-    void look_up(Post& post, LumaView frame, Nanoseconds time);
-    const std::string& reason_of(const Post& post) const;
-    void tell_tracker(const Post& post, Nanoseconds time);
-    std::optional<std::string> quarantine_of(const Post& post) const;
-    Result<void> load_recorded();
+    void count_dropped(std::size_t index, const FrameCount& count);
+    std::optional<std::string> quarantine_of(const CameraPost& post) const;
     void listen(const std::string& device, int robot, const std::atomic<bool>& stop);
     void tell_until(Nanoseconds time);
     void add_problems(const std::vector<std::string>& problems);
     void pass_on(Nanoseconds time, const std::string& camera);
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
     nlohmann::json ranges_json(Nanoseconds time) const;
-    nlohmann::json onboard_json(const Post& post) const;
-    nlohmann::json corner_json(const Post& post) const;
     std::string site_json() const;
     std::vector<std::uint8_t> picture_of(const std::string& camera);
 
     Site site_;
-    std::vector<std::unique_ptr<Post>> posts_;
+    std::vector<std::unique_ptr<Station>> stations_;  // one for each camera that finds robots
     RangeEars ears_;
-    RangeBatch recorded_ranges_;       // in the order of their times
-    OdometryBatch recorded_odometry_;  // likewise
-    std::size_t next_range_ = 0;       // the first that is still to be told
-    std::size_t next_odometry_ = 0;
-    std::size_t next_difference_ = 0;
+    RecordedSenses recorded_;
     std::vector<std::string> line_problems_;
-    mutable std::mutex mutex_;  // guards the tracker, the sinks and the posts' pictures and states
+    mutable std::mutex mutex_;  // guards the tracker, the sinks, the stations' states and what is shown
     Tracker tracker_;
     std::map<std::string, FixStatus> last_status_;  // of each robot, to say only once that it is lost
-    std::ofstream fixes_file_;
-    bool fixes_to_stdout_ = false;
+    FixOutput output_;
+    bool smoothing_ = false;
+    std::vector<Fix> kept_;  // for smoothing
+    std::optional<Pace> pace_;
     std::unique_ptr<WebServer> page_;
     double last_published_ = 0;
-    long fixes_given_ = 0;
 };
 
 }  // namespace roomfix

@@ -7,7 +7,7 @@ namespace {
 
 /// J^T J as blocks: a diagonal of knots, their couplings, and the border.
 struct Information {
-    std::vector<Matrix6d> own;     // of each knot
+    std::vector<Matrix6d> own;      // of each knot
     std::vector<Matrix6d> to_next;  // of each knot but the last: rows its own, columns the next one's
     Eigen::MatrixXd border;         // all knots' rows, common columns
     Eigen::MatrixXd common;

@@ -7,9 +7,9 @@
 namespace roomfix {
 namespace {
 
-constexpr double place_doubt = 0.1;         // m, of a trajectory that is still to be smoothed
-constexpr double most_distance = 25;        // squared, between a look-alike's sighting and its trajectory
-constexpr double same_wall_angle = 0.01;    // rad
+constexpr double place_doubt = 0.1;       // m, of a trajectory that is still to be smoothed
+constexpr double most_distance = 25;      // squared, between a look-alike's sighting and its trajectory
+constexpr double same_wall_angle = 0.01;  // rad
 
 Belief belief_on(const Trajectory& trajectory, Nanoseconds time) {
     Belief belief;
@@ -91,6 +91,13 @@ void add_corner(const CornerSighting& sighting, const Event& event, const Trajec
 }
 
 }  // namespace
+
+int thing_of(const Measured& measured) {
+    if (const auto* landmark = std::get_if<SeenLandmark>(&measured.what)) return landmark->landmark;
+    if (const auto* corner = std::get_if<SeenCorner>(&measured.what)) return corner->corner;
+    if (const auto* range = std::get_if<RangeObservation>(&measured.what)) return range->beacon;
+    return 0;
+}
 
 std::vector<Measured> measured_of(int robot, const TrackerHistory& history, const std::vector<Group>& groups, const TrackingModels& models,
                                   const std::vector<std::optional<Trajectory>>& trajectories) {

@@ -25,6 +25,9 @@ struct Measured {
     std::variant<PoseObservation, SeenLandmark, SeenCorner, RangeObservation, RangeDifferenceObservation> what;
 };
 
+/// What a source saw or heard, where it can be one of several things: the landmark, corner or beacon; 0 otherwise.
+int thing_of(const Measured& measured);
+
 /// Where the other robots of the group are is needed to tell look-alikes apart: `trajectories` has one for each robot of the site that has
 /// one. What fits the trajectory of `robot` best is what was seen; observations that fit nothing are left out.
 std::vector<Measured> measured_of(int robot, const TrackerHistory& history, const std::vector<Group>& groups, const TrackingModels& models,

@@ -6,19 +6,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "roomfix/smooth/knot_covariance.hpp"
+#include "roomfix/smooth/residual_series.hpp"
 #include "roomfix/smooth/slow_values.hpp"
 #include "roomfix/smooth/terms.hpp"
 
 namespace roomfix {
 namespace {
 
-constexpr double motion_gate = 60;         // squared distance at which a robot rather was carried than drove
-constexpr double carried_weight = 1e-6;    // of what its wheels or momentum say then
+constexpr double motion_gate = 60;       // squared distance at which a robot rather was carried than drove
+constexpr double carried_weight = 1e-6;  // of what its wheels or momentum say then
 
 using Trajectories = std::vector<std::optional<Trajectory>>;
+
+/// Of each source: by which factor its variances are too small.
+using SourceNoise = std::map<int, double>;
 
 /// A smoothed stretch: its trajectory and what is uncertain of it.
 struct Stretch {
@@ -37,12 +42,13 @@ struct Task {
 /// One least-squares problem over one stretch of one robot's way. The knots are changed in place.
 class StretchProblem {
 public:
-    StretchProblem(const Task& task, Trajectory& trajectory, const std::vector<Measured>& measured, double widening, const StretchProblem* earlier)
+    StretchProblem(const Task& task, Trajectory& trajectory, const std::vector<Measured>& measured, double widening, const SourceNoise& noise,
+                   const StretchProblem* earlier)
         : task_(task), trajectory_(trajectory), slow_(problem_, trajectory.start(), earlier ? &earlier->slow_ : nullptr), widening_(widening) {
         for (Knot& knot : trajectory_.knots) problem_.AddParameterBlock(knot.data(), 6);
         problem_.AddResidualBlock(loose_term(trajectory_.knots.front()).release(), nullptr, trajectory_.knots.front().data());
         for (std::size_t k = 0; k + 1 < trajectory_.knots.size(); ++k) add_motion(k);
-        for (const Measured& m : measured) add_measured(m);
+        for (const Measured& m : measured) add_measured(m, noise);
     }
 
     void solve() {
@@ -54,6 +60,25 @@ public:
         options.num_threads = 1;  // so that sums are added in one order
         ceres::Solver::Summary summary;
         ceres::Solve(options, &problem_, &summary);
+    }
+
+    /// How much larger than stated, or longer lasting, what is left over of each source is.
+    SourceNoise left_over() {
+        std::map<std::pair<int, int>, ResidualSeries> series;  // of each source, and thing that it sees
+        std::vector<double> residual;
+        for (const Block& block : blocks_) {
+            residual.resize(static_cast<std::size_t>(block.dimensions));
+            double cost = 0;
+            if (!problem_.EvaluateResidualBlock(block.id, false, &cost, residual.data(), nullptr)) continue;
+            const double squared = 2 * cost;
+            if (squared > task_.models.settings.gate + 2 * block.dimensions) continue;
+            series[{block.source, block.thing}].add(block.time, residual);
+        }
+        std::map<int, std::vector<const ResidualSeries*>> of_source;
+        for (const auto& [key, one] : series) of_source[key.first].push_back(&one);
+        SourceNoise noise;
+        for (const auto& [source, all] : of_source) noise[source] = variance_factor(all);
+        return noise;
     }
 
     std::vector<PairCovariance> covariances() {
@@ -86,34 +111,50 @@ private:
         problem_.AddResidualBlock(wheel_term(*step, noise).release(), doubt, a, b, scale, drift);
     }
 
-    void add_measured(const Measured& m) {
+    void add_measured(const Measured& m, const SourceNoise& noise) {
         MeasuredTerm term = measured_term(m, task_.robot, trajectory_, task_.models);
         if (!term.cost) return;
         const std::size_t k = trajectory_.knot_before(m.time);
         std::vector<double*> parameters = {trajectory_.knots[k].data(), trajectory_.knots[k + 1].data()};
         for (const SlowState& state : term.slow) parameters.push_back(slow_.of(state, m.time));
         auto* doubt = term.has_tails ? nullptr : new DoubtLoss(widening_ * (task_.models.settings.gate + 2 * term.dimensions));
-        problem_.AddResidualBlock(term.cost.release(), doubt, parameters);
+        const auto factor = noise.find(m.source);
+        auto* weighed = new ceres::ScaledLoss(doubt, factor == noise.end() ? 1 : 1 / factor->second, ceres::TAKE_OWNERSHIP);
+        const auto id = problem_.AddResidualBlock(term.cost.release(), weighed, parameters);
+        blocks_.push_back({id, m.source, thing_of(m), m.time, term.dimensions});
     }
+
+    struct Block {
+        ceres::ResidualBlockId id;
+        int source, thing;
+        Nanoseconds time;
+        int dimensions;
+    };
 
     const Task& task_;
     Trajectory& trajectory_;
     ceres::Problem problem_;
     SlowValues slow_;
+    std::vector<Block> blocks_;
     double widening_;
 };
 
-/// First with hardly any observation thrown out, so that a start that is off can move; in the end with the tracker's own doubts.
+/// First with hardly any observation thrown out, so that a start that is off can move; then with the tracker's own doubts; in the end
+/// with each source's noise as it turned out.
 Stretch smooth_stretch(const Task& task, const Trajectory& start, const Trajectories& others) {
     Stretch stretch{start, {}};
     Trajectories trajectories = others;
     std::unique_ptr<StretchProblem> problem;
-    for (const double widening : {100.0, 10.0, 1.0}) {
+    SourceNoise noise;
+    const auto solve = [&](double widening) {
         trajectories[static_cast<std::size_t>(task.robot)] = stretch.trajectory;
         const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories);
-        problem = std::make_unique<StretchProblem>(task, stretch.trajectory, measured, widening, problem.get());
+        problem = std::make_unique<StretchProblem>(task, stretch.trajectory, measured, widening, noise, problem.get());
         problem->solve();
-    }
+    };
+    for (const double widening : {100.0, 10.0, 1.0}) solve(widening);
+    noise = problem->left_over();
+    solve(1);
     stretch.pairs = problem->covariances();
     return stretch;
 }
@@ -209,7 +250,9 @@ std::vector<Fix> smooth(const Tracker& tracker, const std::vector<Fix>& tracked,
                 Fix& fix = smoothed[places_of[r][next]];
                 if (!stretch.pairs.empty() && stretch.trajectory.covers(fix.time)) correct(fix, stretch, task);
             }
-            if (progress) progress((static_cast<double>(r) + std::min(1.0, to_seconds(to - whole.start()) / to_seconds(whole.end() - whole.start()))) / static_cast<double>(robots));
+            if (progress)
+                progress((static_cast<double>(r) + std::min(1.0, to_seconds(to - whole.start()) / to_seconds(whole.end() - whole.start()))) /
+                         static_cast<double>(robots));
         }
     }
     return smoothed;

@@ -196,14 +196,16 @@ struct TermMaker {
         Belief& belief = prepared();
         add_slow_states(belief, o.beacon, receiver);
         const auto predict = [o, &beacon, &receiver](const Belief& b) { return predict_measured_range(b, b.pose(), o.beacon, beacon, receiver); };
-        return range_term(o.range, o.sigma, predict, [o, &receiver](double e) { return range_likelihood(e, o.sigma, receiver.late); }, belief);
+        return range_term(
+            o.range, o.sigma, predict, [o, &receiver](double e) { return range_likelihood(e, o.sigma, receiver.late); }, belief);
     }
     MeasuredTerm operator()(const RangeDifferenceObservation& o) const {
         const RangeSource& receiver = models.ranges[static_cast<std::size_t>(robot)];
         const Eigen::Vector3d& first = models.site.beacons[static_cast<std::size_t>(o.beacons[0])].position;
         const Eigen::Vector3d& second = models.site.beacons[static_cast<std::size_t>(o.beacons[1])].position;
         const auto predict = [&first, &second, &receiver](const Belief& b) { return predict_difference(b, b.pose(), first, second, receiver); };
-        return range_term(o.difference, o.sigma, predict, [o, &receiver](double e) { return difference_likelihood(e, o.sigma, receiver.late); }, prepared());
+        return range_term(
+            o.difference, o.sigma, predict, [o, &receiver](double e) { return difference_likelihood(e, o.sigma, receiver.late); }, prepared());
     }
     MeasuredTerm range_term(double measured, double sigma, RangeTerm::Predict predict, RangeTerm::Likelihood likelihood, const Belief& belief) const {
         MeasuredTerm term;
@@ -276,8 +278,8 @@ struct Wheels {
         residual[0] = way.x() / std::sqrt(noise.along * noise.along * length + rest);
         residual[1] = way.y() / std::sqrt(noise.across * noise.across * length + rest);
         residual[2] = (b[2] - a[2] - step.turned - drift[0] * dt) /
-                      std::sqrt(noise.turn_per_metre * noise.turn_per_metre * length +
-                                noise.turn_per_radian * noise.turn_per_radian * std::abs(step.turned) + noise.still_turn * noise.still_turn * dt);
+                      std::sqrt(noise.turn_per_metre * noise.turn_per_metre * length + noise.turn_per_radian * noise.turn_per_radian * std::abs(step.turned) +
+                                noise.still_turn * noise.still_turn * dt);
         const Eigen::Matrix<T, 2, 1> rate = turned_by<T>(-b[2], b.template segment<2>(3)) - step.velocity.cast<T>() * stretch;
         residual[3] = rate.x() / noise.velocity;
         residual[4] = rate.y() / noise.velocity;
@@ -318,8 +320,8 @@ void DoubtLoss::Evaluate(double squared, double out[3]) const {
     // -2 log(exp(-s/2) + exp(-gate/2)), zero at s = 0
     const double right = 1 / (1 + std::exp(std::min(0.5 * (squared - gate_), 700.0)));
     const double at_zero = std::log1p(std::exp(-0.5 * gate_));
-    out[0] = least_ * squared + 2 * at_zero + (squared < gate_ ? squared - 2 * std::log1p(std::exp(0.5 * (squared - gate_)))
-                                            : gate_ - 2 * std::log1p(std::exp(-0.5 * (squared - gate_))));
+    out[0] = least_ * squared + 2 * at_zero +
+             (squared < gate_ ? squared - 2 * std::log1p(std::exp(0.5 * (squared - gate_))) : gate_ - 2 * std::log1p(std::exp(-0.5 * (squared - gate_))));
     out[1] = least_ + right;
     out[2] = -0.5 * right * (1 - right);
 }

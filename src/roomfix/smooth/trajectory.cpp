@@ -22,8 +22,8 @@ KnotWeights knot_weights(double part, double seconds) {
 Knot between(const Knot& before, const Knot& after, const KnotWeights& weights) {
     Knot knot;
     for (int row = 0; row < 2; ++row) {
-        knot.segment<3>(3 * row) = weights(row, 0) * before.head<3>() + weights(row, 1) * before.tail<3>() + weights(row, 2) * after.head<3>() +
-                                   weights(row, 3) * after.tail<3>();
+        knot.segment<3>(3 * row) =
+            weights(row, 0) * before.head<3>() + weights(row, 1) * before.tail<3>() + weights(row, 2) * after.head<3>() + weights(row, 3) * after.tail<3>();
     }
     return knot;
 }

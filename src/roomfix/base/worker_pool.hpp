@@ -1,0 +1,40 @@
+// Threads that share out numbered jobs.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace roomfix {
+
+class WorkerPool {
+public:
+    /// `threads` >= 1 that work, the caller's among them.
+    explicit WorkerPool(int threads);
+    ~WorkerPool();
+    WorkerPool(const WorkerPool&) = delete;
+    WorkerPool& operator=(const WorkerPool&) = delete;
+
+    /// Runs job(0) .. job(count - 1), each once, in any order, and returns when all are done. From one thread at a time. Jobs must not
+    /// throw.
+    void run(int count, const std::function<void(int)>& job);
+
+private:
+    void work();
+    void take_jobs();
+
+    std::vector<std::thread> threads_;
+    std::mutex mutex_;
+    std::condition_variable begin_, end_;
+    const std::function<void(int)>* job_ = nullptr;
+    std::atomic<int> next_{0};
+    int count_ = 0;
+    int working_ = 0;   // threads that are still at this round
+    long round_ = 0;
+    bool stop_ = false;
+};
+
+}  // namespace roomfix

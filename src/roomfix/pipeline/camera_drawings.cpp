@@ -1,0 +1,67 @@
+// What a camera saw, as the page draws it into the picture. Documented in docs/formats.md.
+#include <nlohmann/json.hpp>
+
+#include "roomfix/ceiling/lamps.hpp"
+#include "roomfix/pipeline/camera_post.hpp"
+#include "roomfix/pipeline/page_numbers.hpp"
+
+namespace roomfix {
+namespace {
+
+using nlohmann::json;
+
+constexpr double likely = 0.9;  // weight of a place by which a corner is named
+
+json pixel(double u, double v) { return {rounded(u, 0.1), rounded(v, 0.1)}; }
+
+}  // namespace
+
+/// Landmarks with their points, spots that are none, lamps.
+json CameraPost::landmark_drawing() const {
+    json seen = {{"landmarks", json::array()}, {"rejected", json::array()}, {"lamps", json::array()}};
+    const auto names = locator_->landmark_names(shown_.onboard);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        json points = json::array();
+        for (const auto& p : shown_.onboard.seen.landmarks[i].points) points.push_back(pixel(p.pixel.x(), p.pixel.y()));
+        seen["landmarks"].push_back({{"id", names[i].empty() ? json() : json(names[i])}, {"points", points}});
+    }
+    for (const auto& spot : shown_.onboard.seen.rejected) {
+        seen["rejected"].push_back(pixel(static_cast<double>(spot.pixel.x()), static_cast<double>(spot.pixel.y())));
+    }
+    if (!shown_frame_.empty()) {
+        for (const LampBox& lamp : find_lamps(shown_frame_)) seen["lamps"].push_back({lamp.left, lamp.top, lamp.right, lamp.bottom});
+    }
+    return seen;
+}
+
+/// The corner's edges, with the walls' last, and lines that are none of them.
+json CameraPost::corner_drawing() const {
+    json seen = {{"id", json()}, {"edges", json::array()}, {"rejected", json::array()}};
+    const auto segment = [](const Eigen::Vector2f& from, const Eigen::Vector2f& to) {
+        json line = json::array();
+        for (const float v : {from.x(), from.y(), to.x(), to.y()}) line.push_back(rounded(static_cast<double>(v), 0.1));
+        return line;
+    };
+    const CornerCameraResult& shown = shown_.corner;
+    for (const RejectedLine& line : shown.seen.rejected) seen["rejected"].push_back(segment(line.from, line.to));
+    if (shown.seen.corners.empty()) return seen;
+    const bool placed = !shown.located.places.empty();
+    const CornerObservation& corner = shown.seen.corners[placed ? static_cast<std::size_t>(shown.located.places[0].observation) : 0];
+    if (placed && shown.located.places[0].weight > likely) seen["id"] = corners_->corner_name(shown);
+    for (const EdgeSighting& edge : corner.edges) seen["edges"].push_back(segment(edge.ends[0], edge.ends[1]));
+    return seen;
+}
+
+void CameraPost::add_drawings(const Site& site, json& state) const {
+    state["outlines"] = json::array();
+    for (const SilhouetteObservation& o : shown_.outlines) {
+        json outline = json::array();
+        for (const auto& corner : o.outline) outline.push_back(pixel(static_cast<double>(corner.x()), static_cast<double>(corner.y())));
+        const std::string robot = site.robots[static_cast<std::size_t>(o.robot)].id;
+        state["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
+    }
+    if (corners_) state["corner"] = corner_drawing();
+    if (locator_) state["seen"] = landmark_drawing();
+}
+
+}  // namespace roomfix

@@ -1,0 +1,99 @@
+#include "roomfix/pipeline/camera_post.hpp"
+
+#include <algorithm>
+
+#include "roomfix/overhead/robot_tag.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double likely = 0.9;  // weight of a place that is believed
+
+}  // namespace
+
+Result<std::unique_ptr<CameraPost>> CameraPost::create(const Site& site, const SiteCamera& camera) {
+    std::unique_ptr<CameraPost> post(new CameraPost(camera, site.robots));
+    if (const auto* height = std::get_if<KnownHeight>(&camera.placement); height && (site.corners.empty() || height->robot.empty())) {
+        return std::unique_ptr<CameraPost>();
+    }
+    if (looks_for_corners(site, camera)) {
+        auto corners = CornerCamera::for_camera(site, camera);
+        if (!corners) return corners.error();
+        post->corners_ = std::move(*corners);
+    } else if (std::holds_alternative<Mount>(camera.placement)) {
+        auto locator = OnboardLocator::for_camera(site, camera);
+        if (!locator) return locator.error();
+        post->locator_ = std::move(*locator);
+    } else {
+        const auto view = fixed_view(camera);
+        if (!view) return view.error();
+        post->observer_ = std::make_unique<OverheadObserver>(*view, site.robots);
+        const bool tagged = std::any_of(site.robots.begin(), site.robots.end(), [](const SiteRobot& r) { return r.tag.has_value(); });
+        if (tagged) post->tags_.emplace();
+    }
+    return post;
+}
+
+int CameraPost::robot() const {
+    if (locator_) return locator_->robot();
+    return corners_ ? corners_->robot() : -1;
+}
+
+double CameraPost::look(LumaView frame, Nanoseconds time, const FrameHints& hints) {
+    const double frozen = frozen_.seconds(frame, time);
+    if (frozen > frozen_after) return frozen;
+    if (observer_) watch(frame, hints);
+    // The ranges of that moment tell like landmarks and like corners apart.
+    if (locator_) locator_->locate(&frame, hints.ranges, hints.expected, -1, onboard_);
+    if (corners_) {
+        CameraHints camera_hints;
+        if (hints.expected && hints.expected->yaw_known) {
+            camera_hints.prediction = CameraHints::Prediction{hints.expected->pose, hints.expected->covariance};
+        }
+        camera_hints.ranges = hints.ranges;
+        corners_->look(frame, camera_hints, corner_);
+    }
+    return 0;
+}
+
+/// Outlines, and the tags of robots that wear one. A tag says more than an outline.
+void CameraPost::watch(LumaView frame, const FrameHints& hints) {
+    observer_->set_elsewhere(hints.elsewhere);
+    observer_->observe(frame, result_);
+    poses_ = poses_of(result_.observations);
+    if (!tags_) return;
+    for (const TaggedRobot& tagged : find_tagged_robots(observer_->view(), robots_, *tags_, frame)) {
+        std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
+        poses_.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, 1, tagged.fit.by_camera, true});
+    }
+}
+
+void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
+    if (observer_) tracker.see(time, id(), poses_);
+    if (locator_ && !onboard_.located.places.empty()) {
+        tracker.see(time, id(), LandmarkSighting{locator_->robot(), onboard_.seen.landmarks, proposals_of(onboard_.located.places)});
+    }
+    if (!corners_ || corner_.located.places.empty()) return;
+    const auto& places = corner_.located.places;
+    if (std::holds_alternative<Mount>(camera_.placement)) {
+        CornerSighting sighting{corners_->robot(), corner_.seen.corners, {}};
+        for (const CameraPlace& p : places) sighting.proposals.push_back({p.pose, p.covariance, p.yaw_known, p.weight});
+        tracker.see(time, id(), sighting);
+    } else if (places[0].weight >= likely) {
+        // A camera of which only the height is known stands where the robot stands.
+        const PoseObservation pose{corners_->robot(), places[0].pose, places[0].yaw_known, places[0].covariance};
+        tracker.see(time, id(), {&pose, 1});
+    }
+}
+
+const std::string& CameraPost::reason() const {
+    if (observer_) return result_.reason;
+    return corners_ ? corner_.located.reason : onboard_.located.reason;
+}
+
+void CameraPost::show(LumaView frame) {
+    shown_frame_ = copy_of(frame);
+    shown_ = {result_.observations, onboard_, corner_};
+}
+
+}  // namespace roomfix

@@ -1,0 +1,80 @@
+// One camera at work: its frames in, what it saw of robots out.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "roomfix/estimate/tracker.hpp"
+#include "roomfix/overhead/overhead_observer.hpp"
+#include "roomfix/pipeline/corner_camera.hpp"
+#include "roomfix/pipeline/frozen_picture.hpp"
+#include "roomfix/pipeline/onboard_locator.hpp"
+
+namespace roomfix {
+
+/// What is known before a frame is looked at.
+struct FrameHints {
+    std::vector<char> elsewhere;            // of each robot: 1 if it surely is where a fixed camera does not see it
+    std::vector<RangeObservation> ranges;   // of the robot that carries the camera
+    std::optional<PoseObservation> expected;  // where that robot should be
+};
+
+/// Fixed, with an observer of outlines; on a robot, with a locator of landmarks; or one that looks for corners.
+class CameraPost {
+public:
+    /// Null for a camera that finds no robot. An error if what the site says about it does not fit together.
+    static Result<std::unique_ptr<CameraPost>> create(const Site& site, const SiteCamera& camera);
+
+    const SiteCamera& camera() const { return camera_; }
+    const std::string& id() const { return camera_.id; }
+    /// It watches from a fixed place and compares with a background.
+    bool is_fixed() const { return observer_ != nullptr; }
+    const View& view() const { return observer_->view(); }  // of a fixed one
+    /// The robot that carries it; -1: none, or unknown.
+    int robot() const;
+    void set_background(BackgroundModel background) { observer_->set_background(std::move(background)); }
+
+    /// Looks at a frame of the right size. Returns the seconds for which this very picture has been coming if it is frozen, 0 otherwise;
+    /// what a frozen picture shows is not looked at.
+    double look(LumaView frame, Nanoseconds time, const FrameHints& hints);
+    /// What the last frame showed goes to the tracker.
+    void tell(Tracker& tracker, Nanoseconds time) const;
+    /// Why the last frame showed no robot; empty if it did.
+    const std::string& reason() const;
+
+    /// Keeps the last frame and what was seen in it for the page.
+    void show(LumaView frame);
+    const LumaImage& shown_frame() const { return shown_frame_; }
+    /// What the page draws into the picture, as fields of the camera's state.
+    void add_drawings(const Site& site, nlohmann::json& state) const;
+
+private:
+    struct Seen {
+        std::vector<SilhouetteObservation> outlines;
+        OnboardResult onboard;
+        CornerCameraResult corner;
+    };
+    CameraPost(const SiteCamera& camera, const std::vector<SiteRobot>& robots) : camera_(camera), robots_(robots) {}
+    void watch(LumaView frame, const FrameHints& hints);
+    nlohmann::json landmark_drawing() const;
+    nlohmann::json corner_drawing() const;
+
+    SiteCamera camera_;
+    std::vector<SiteRobot> robots_;
+    FrozenPicture frozen_;
+    std::unique_ptr<OverheadObserver> observer_;
+    std::optional<TagDetector> tags_;  // of robots that wear one
+    std::unique_ptr<OnboardLocator> locator_;
+    std::unique_ptr<CornerCamera> corners_;
+    OverheadResult result_;
+    std::vector<PoseObservation> poses_;
+    OnboardResult onboard_;
+    CornerCameraResult corner_;
+    LumaImage shown_frame_;
+    Seen shown_;
+};
+
+}  // namespace roomfix

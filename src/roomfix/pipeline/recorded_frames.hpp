@@ -1,0 +1,41 @@
+// Recorded frames of several cameras in the order of their times, a round of different cameras at once.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "roomfix/connect/frame_source.hpp"
+
+namespace roomfix {
+
+class RecordedFrames {
+public:
+    /// Live ones among the sources are left alone. `failed` gets a camera and the message where a frame cannot be read, `ended` a camera.
+    RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop, std::function<void(std::size_t, const std::string&)> failed,
+                   std::function<void(std::size_t)> ended);
+
+    /// The next frames that may be looked at side by side: the earliest of all, and those of other cameras little later, in the order of
+    /// their times. Empty at the end.
+    std::vector<std::size_t> next_round() const;
+    Nanoseconds time_of(std::size_t camera) const { return waiting_[camera]->time; }
+    /// Hands the camera's frame out; call `advance` next.
+    SourceFrame take(std::size_t camera) { return std::move(*waiting_[camera]); }
+    /// Goes on to the camera's next frame; from any thread, but for one camera from one at a time.
+    void advance(std::size_t camera);
+
+    /// Frames that will come of all cameras.
+    double total() const { return total_; }
+
+private:
+    std::vector<std::unique_ptr<FrameSource>>& sources_;
+    const std::atomic<bool>& stop_;
+    std::function<void(std::size_t, const std::string&)> failed_;
+    std::function<void(std::size_t)> ended_;
+    std::vector<std::optional<SourceFrame>> waiting_;
+    double total_ = 0;
+};
+
+}  // namespace roomfix

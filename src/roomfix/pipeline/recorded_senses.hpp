@@ -1,0 +1,33 @@
+// Recorded ranges and odometry of a site's robots, in the order of their times.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "roomfix/connect/odometry_source.hpp"
+#include "roomfix/ranging/range_reader.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+class RecordedSenses {
+public:
+    /// Reads all files that the site names, each once: one may hold the readings of several robots. An error names the file.
+    static Result<RecordedSenses> load(const Site& site);
+
+    /// Tells what lies between the last call's time and this one, as it would have come.
+    void tell_until(Nanoseconds time, const std::function<void(const RangeBatch&)>& hear, const std::function<void(const OdometryBatch&)>& drive);
+    /// Lines that could not be used, as sentences.
+    const std::vector<std::string>& problems() const { return problems_; }
+
+private:
+    RangeBatch ranges_;
+    OdometryBatch odometry_;
+    std::size_t next_range_ = 0;  // the first that is still to be told
+    std::size_t next_odometry_ = 0;
+    std::size_t next_difference_ = 0;
+    std::vector<std::string> problems_;
+};
+
+}  // namespace roomfix

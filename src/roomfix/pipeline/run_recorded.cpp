@@ -1,0 +1,60 @@
+// The part of a site's work that runs recordings.
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "roomfix/pipeline/recorded_frames.hpp"
+#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/wall_clock.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double too_late = 0.3;  // s behind the clock: a frame that is not looked at any more
+
+void wait_until(double due, const std::atomic<bool>& stop) {
+    while (!stop && wall_clock() < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::clamp(due - wall_clock(), 0.0, 0.05)));
+}
+
+}  // namespace
+
+/// Round by round, so that the fixes do not depend on the number of threads.
+Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
+                                      const std::function<void(double)>& progress) {
+    RecordedFrames frames(
+        sources, stop, [this](std::size_t i, const std::string& message) { set_source_state(i, "failed", message); },
+        [this](std::size_t i) { set_source_state(i, "ended", "the recording ended"); });
+    WorkerPool pool(std::max(settings.threads, 1));
+    std::vector<FrameCount> counts(sources.size());
+    std::optional<Pace> pace;
+    double done = 0;
+    for (auto round = frames.next_round(); !round.empty() && !stop; round = frames.next_round()) {
+        const Nanoseconds first = frames.time_of(round.front());
+        if (settings.speed > 0) {
+            if (!pace) pace = Pace{wall_clock(), first, settings.speed};
+            if (settings.on_time && !pace_) pace_ = pace;
+            wait_until(pace->wall_of(frames.time_of(round.back())), stop);
+        }
+        std::vector<SourceFrame> taken;
+        taken.reserve(round.size());  // the frames to look at point into it
+        std::vector<CameraFrame> looked_at;
+        for (const std::size_t camera : round) {
+            taken.push_back(frames.take(camera));
+            const bool late = settings.on_time && pace && wall_clock() > pace->wall_of(taken.back().time) + too_late;
+            ++counts[camera].came;
+            counts[camera].dropped += late;
+            if (!late) looked_at.push_back({camera, taken.back().image, taken.back().time});
+        }
+        const auto fed = feed(looked_at, pool);
+        if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will
+        for (const std::size_t camera : round) count_dropped(camera, counts[camera]);
+        pool.run(static_cast<int>(round.size()), [&](int job) { frames.advance(round[static_cast<std::size_t>(job)]); });
+        done += static_cast<double>(round.size());
+        if (progress) progress(std::min(1.0, done / std::max(frames.total(), 1.0)));
+    }
+    if (!stop) tell_until(std::numeric_limits<Nanoseconds>::max());
+    return {};
+}
+
+}  // namespace roomfix

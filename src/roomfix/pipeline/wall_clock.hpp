@@ -1,0 +1,11 @@
+// The clock that only goes forward.
+#pragma once
+
+#include <chrono>
+
+namespace roomfix {
+
+/// s since some moment.
+inline double wall_clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace roomfix

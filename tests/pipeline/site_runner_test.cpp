@@ -1,0 +1,192 @@
+// A site at work on frames of one's own: overload, threads, latency.
+#include "roomfix/pipeline/site_runner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "roomfix/evaluate/recorded_fixes.hpp"
+#include "roomfix/pipeline/recorded_frames.hpp"
+#include "roomfix/pipeline/wall_clock.hpp"
+
+namespace roomfix {
+namespace {
+
+Nanoseconds system_now() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
+/// Grey frames, `seconds` apart by their time stamps; a live one takes that long for each, a recorded one `reading` seconds.
+class GreyFrames final : public FrameSource {
+public:
+    GreyFrames(int count, double seconds, bool live, Nanoseconds start, int width = 160, double reading = 0)
+        : count_(count), seconds_(seconds), reading_(live ? seconds : reading), live_(live), start_(start), width_(width) {}
+    Result<bool> next(SourceFrame& frame) override {
+        if (given_ == count_) return false;
+        std::this_thread::sleep_for(std::chrono::duration<double>(reading_));
+        frame.image.resize(width_, 120);
+        for (int y = 0; y < 120; ++y) std::fill_n(frame.image.row(y), width_, static_cast<std::uint8_t>(100 + given_ % 7));
+        frame.time = live_ ? system_now() : start_ + from_seconds(given_ * seconds_);
+        ++given_;
+        return true;
+    }
+    bool live() const override { return live_; }
+    std::int64_t count() const override { return count_; }
+
+private:
+    int count_;
+    double seconds_, reading_;
+    bool live_;
+    Nanoseconds start_;
+    int width_;
+    int given_ = 0;
+};
+
+/// A hall with fixed cameras and one robot.
+Site hall(int cameras) {
+    Site site;
+    for (int i = 0; i < cameras; ++i) {
+        SiteCamera camera;
+        camera.id = "hall" + std::to_string(i + 1);
+        camera.model = make_camera_model(160, 120, 110, 110, 79.5, 59.5);
+        KnownPose known;
+        known.map_from_camera.pose = looking_at(Eigen::Vector3d(0.1, 0.5 * i, 2.5), {2, 2, 0});
+        known.map_from_camera.covariance = 1e-6 * Matrix6d::Identity();
+        camera.placement.emplace<KnownPose>(known);
+        site.cameras.push_back(camera);
+    }
+    SiteRobot robot;
+    robot.id = "r1";
+    robot.shape = Box{0.5, 0.4, 0.4};
+    site.robots.push_back(robot);
+    return site;
+}
+
+TEST(FrameQueue, DropsTheOldestWhereItIsFull) {
+    FrameQueue queue(2);
+    for (int i = 0; i < 5; ++i) {
+        SourceFrame frame;
+        frame.time = i;
+        queue.push(std::move(frame));
+    }
+    queue.close();
+    EXPECT_EQ(queue.count().came, 5);
+    EXPECT_EQ(queue.count().dropped, 3);
+    SourceFrame frame;
+    ASSERT_TRUE(queue.pop(frame));
+    EXPECT_EQ(frame.time, 3);
+    ASSERT_TRUE(queue.pop(frame));
+    EXPECT_EQ(frame.time, 4);
+    EXPECT_FALSE(queue.pop(frame));
+}
+
+/// Ten times more frames than can be looked at: what is looked at is fresh, and what is not is counted.
+TEST(FrameQueue, TenTimesMoreThanItCanTakeLeavesTheNewest) {
+    GreyFrames source(200, 0.002, true, 0);
+    std::atomic<bool> stop{false};
+    FrameCount last;
+    long used = 0;
+    double oldest = 0;
+    follow_live(
+        source, stop,
+        [&](const SourceFrame& frame, const FrameCount& count) {
+            oldest = std::max(oldest, to_seconds(system_now() - frame.time));
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            last = count;
+            ++used;
+        },
+        [](const std::string&) { FAIL(); });
+    EXPECT_GT(last.dropped, 100);
+    EXPECT_LE(used + last.dropped, 200);
+    EXPECT_GE(used + last.dropped, 198);
+    // A queue without an end would hand out frames that are more than a second old.
+    EXPECT_LT(oldest, 0.5);
+}
+
+TEST(FrameQueue, ReportsFramesThatCannotBeReadAndEndsWhenAsked) {
+    class Broken final : public FrameSource {
+    public:
+        Result<bool> next(SourceFrame&) override { return Error{"unplugged"}; }
+        bool live() const override { return true; }
+        std::int64_t count() const override { return -1; }
+    } source;
+    std::atomic<bool> stop{false};
+    int failures = 0;
+    follow_live(
+        source, stop, [](const SourceFrame&, const FrameCount&) {},
+        [&](const std::string& message) {
+            EXPECT_EQ(message, "unplugged");
+            stop = ++failures == 2;
+        });
+    EXPECT_EQ(failures, 2);
+}
+
+/// A recording that is run by the clock, far faster than it can be read: frames are dropped, and the runner says so.
+TEST(SiteRunner, SaysSoWhereItCannotKeepUp) {
+    auto runner = SiteRunner::create(hall(1));
+    ASSERT_TRUE(runner) << runner.error().message;
+    std::vector<std::unique_ptr<FrameSource>> sources;
+    sources.push_back(std::make_unique<GreyFrames>(800, 0.1, false, 1'000'000'000, 160, 0.001));
+    std::atomic<bool> stop{false};
+    RunSettings settings;
+    settings.speed = 1e6;
+    settings.on_time = true;
+    ASSERT_TRUE((*runner)->run_sources(std::move(sources), settings, stop));
+    const SourceState state = (*runner)->source_states().front();
+    EXPECT_GT(state.dropped, 0);
+    EXPECT_EQ(state.frames + state.dropped, 800);
+}
+
+TEST(SiteRunner, DropsNothingOfARecordingThatIsRunWithoutAClock) {
+    for (const double speed : {0.0, 1e5}) {
+        auto runner = SiteRunner::create(hall(1));
+        ASSERT_TRUE(runner);
+        std::vector<std::unique_ptr<FrameSource>> sources;
+        sources.push_back(std::make_unique<GreyFrames>(500, 0.1, false, 1'000'000'000));
+        std::atomic<bool> stop{false};
+        RunSettings settings;
+        settings.speed = speed;
+        ASSERT_TRUE((*runner)->run_sources(std::move(sources), settings, stop));
+        EXPECT_EQ((*runner)->source_states().front().frames, 500);
+        EXPECT_EQ((*runner)->source_states().front().dropped, 0);
+    }
+}
+
+TEST(SiteRunner, FramesOfAWrongSizeAreRefusedWithTheCure) {
+    auto runner = SiteRunner::create(hall(2));
+    ASSERT_TRUE(runner);
+    std::vector<std::unique_ptr<FrameSource>> sources;
+    sources.push_back(std::make_unique<GreyFrames>(5, 0.1, false, 1'000'000'000, 200));
+    sources.push_back(std::make_unique<GreyFrames>(5, 0.1, false, 1'000'000'000));
+    std::atomic<bool> stop{false};
+    const auto done = (*runner)->run_sources(std::move(sources), {0, false, 2}, stop);
+    ASSERT_FALSE(done);
+    EXPECT_NE(done.error().message.find("camera hall1: the frame is 200 x 120 pixels, the site file says 160 x 120"), std::string::npos);
+}
+
+TEST(RecordedFrames, RoundsHoldDifferentCamerasOfAboutTheSameTime) {
+    std::vector<std::unique_ptr<FrameSource>> sources;
+    sources.push_back(std::make_unique<GreyFrames>(3, 0.1, false, 0));
+    sources.push_back(std::make_unique<GreyFrames>(3, 0.1, false, 30'000'000));
+    sources.push_back(std::make_unique<GreyFrames>(3, 0.1, false, 60'000'000));
+    std::atomic<bool> stop{false};
+    int ended = 0;
+    RecordedFrames frames(
+        sources, stop, [](std::size_t, const std::string&) { FAIL(); }, [&](std::size_t) { ++ended; });
+    EXPECT_EQ(frames.total(), 9);
+    std::vector<std::vector<std::size_t>> rounds;
+    for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
+        rounds.push_back(round);
+        for (const std::size_t camera : round) {
+            (void)frames.take(camera);
+            frames.advance(camera);
+        }
+    }
+    const std::vector<std::vector<std::size_t>> expected = {{0, 1}, {2, 0}, {1, 2}, {0, 1}, {2}};
+    EXPECT_EQ(rounds, expected);
+    EXPECT_EQ(ended, 3);
+}
+
+}  // namespace
+}  // namespace roomfix
