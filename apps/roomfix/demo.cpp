@@ -26,7 +26,7 @@ struct Mishaps {
     double period = 90;
     std::size_t freezing = 1;  // this camera repeats a picture ...
     double freeze_from = 30, freeze_to = 40;
-    std::size_t bumped = 2;  // ... and this one is knocked out of its direction, until somebody puts it back
+    std::size_t bumped = 0;  // ... and this one is knocked out of its direction, until somebody puts it back
     double bump_from = 55, bump_to = 75;
 
     static bool within(double time, double period, double from, double to) {

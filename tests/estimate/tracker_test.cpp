@@ -254,6 +254,85 @@ TEST(Tracker, PutsASourceInQuarantineThatContradictsTheOthersAndTakesItBack) {
     EXPECT_TRUE(tracker.quarantines().empty());
 }
 
+/// A tracker that is told that a camera's clock may be off learns by how much; one that trusts it is off by speed times offset.
+TEST(Tracker, LearnsHowFarACamerasTimeStampsAreOff) {
+    const double late = 0.06;  // s: the stamps say so much more than is true
+    const auto truth = [](double t) { return Pose2{4 + 2 * std::sin(0.5 * t), 3 + 2 * std::cos(0.5 * t), -0.5 * t}; };
+    double errors[2] = {0, 0};
+    for (const bool told : {false, true}) {
+        Site site = site_of({robot_of("r1", Box{0.6, 0.4, 0.4})});
+        SiteCamera camera;
+        camera.id = "slow";
+        camera.model = make_camera_model(640, 480, 500, 500, 320, 240);
+        KnownPose known;
+        known.map_from_camera.pose = looking_at({0, 0, 2.5}, {4, 3, 0});
+        camera.placement.emplace<KnownPose>(known);
+        camera.time_offset_sigma = told ? 0.1 : 0;
+        site.cameras.push_back(camera);
+        Tracker tracker(site);
+        Random random(3);
+        for (int i = 0; i < 400; ++i) {
+            const double t = 0.05 * i;
+            const bool slow = i % 2 == 1;
+            const Pose2 at = truth(slow ? t - late : t);
+            see(tracker, t, slow ? "slow" : "prompt", seen(at.x + random.normal(0.01), at.y + random.normal(0.01), at.yaw + random.normal(0.01)));
+            if (i < 200) continue;
+            const Fix fix = tracker.fixes(from_seconds(t)).at(0);
+            errors[told] += std::hypot(fix.pose.x - truth(t).x, fix.pose.y - truth(t).y) / 200;
+        }
+        const auto index = find_slow(tracker.track(0)->belief.best(), SlowKind::time_offset, tracker.models().fixed.rbegin()->first - 1, 0);
+        EXPECT_EQ(index.has_value(), told);
+        EXPECT_NEAR(index ? tracker.track(0)->belief.best().mean[*index] : -late, -late, 0.015);
+    }
+    EXPECT_LT(errors[1], 0.5 * errors[0]);
+}
+
+TEST(Tracker, ATagTellsWhichOfTwoLookAlikesItIsAndWhere) {
+    std::vector<SiteRobot> robots = {robot_of("a1", Box{0.5, 0.5, 0.3}), robot_of("a2", Box{0.5, 0.5, 0.3})};
+    for (int r = 0; r < 2; ++r) {
+        robots[static_cast<std::size_t>(r)].tag = Tag{7 + r, 0.2};
+        robots[static_cast<std::size_t>(r)].robot_from_tag.translation() = Eigen::Vector3d(0, 0, 0.3);
+    }
+    Site site = site_of(robots);
+    SiteCamera camera;
+    camera.id = "hall";
+    camera.model = make_camera_model(640, 480, 500, 500, 320, 240);
+    KnownPose known;
+    known.map_from_camera.pose = looking_at({4, 0.5, 3}, {4, 3, 0});
+    known.map_from_camera.covariance = 1e-8 * Matrix6d::Identity();
+    camera.placement.emplace<KnownPose>(known);
+    site.cameras.push_back(camera);
+    Tracker tracker(site);
+    Random random(4);
+    const View view{camera.model, known.map_from_camera};
+    const auto at = [](int r, double t) { return Pose2{3.2 + 1.5 * r, 2.5 + 0.1 * t, 0.3 - 0.2 * r}; };
+    const auto tag_of = [&](int r, double t) {
+        TagSighting tag{r, {}, {{at(r, t), 1e-3 * Eigen::Matrix3d::Identity(), true, 1}}};
+        for (const Eigen::Vector3d& corner : own_points(*robots[static_cast<std::size_t>(r)].tag)) {
+            const auto pixel = project_map_point(view, map_from_robot(at(r, t)) * (robots[static_cast<std::size_t>(r)].robot_from_tag * corner));
+            tag.corners.push_back({*pixel + 0.1 * Eigen::Vector2d(random.normal(), random.normal()), 0.01 * Eigen::Matrix2d::Identity()});
+        }
+        return tag;
+    };
+    for (int i = 0; i < 40; ++i) {
+        for (int r = 0; r < 2; ++r) tracker.see(from_seconds(0.1 * i), "hall", tag_of(r, 0.1 * i));
+    }
+    for (int r = 0; r < 2; ++r) {
+        const auto fix = tracker.fix(r, from_seconds(3.9));
+        ASSERT_TRUE(fix) << r;
+        EXPECT_LT(std::hypot(fix->pose.x - at(r, 3.9).x, fix->pose.y - at(r, 3.9).y), 0.005);
+        EXPECT_NEAR(fix->pose.yaw, at(r, 3.9).yaw, 0.01);
+        EXPECT_GT(fix->identity, 0.999);
+    }
+    TagSighting broken = tag_of(0, 4);
+    broken.corners[2].pixel.x() = std::numeric_limits<double>::quiet_NaN();
+    tracker.see(from_seconds(4), "hall", broken);
+    TagSighting three;
+    tracker.see(from_seconds(4), "hall", three);
+    tracker.see(from_seconds(4), "no such camera", tag_of(0, 4));
+    EXPECT_EQ(tracker.counts().impossible, 3);
+}
+
 TEST(Tracker, GivesManyLookAlikesNumbersAndOneFalseSightingNone) {
     SiteRobot cart = robot_of("cart", Cylinder{0.5, 1.7});
     cart.many = true;

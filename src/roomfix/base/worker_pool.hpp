@@ -32,7 +32,7 @@ private:
     const std::function<void(int)>* job_ = nullptr;
     std::atomic<int> next_{0};
     int count_ = 0;
-    int working_ = 0;   // threads that are still at this round
+    int working_ = 0;  // threads that are still at this round
     long round_ = 0;
     bool stop_ = false;
 };

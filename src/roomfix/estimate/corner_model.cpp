@@ -36,6 +36,10 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     }
     column << 0, 0, 1, by_move * corner_from_map * Eigen::Vector3d::UnitZ().cross(arm);
     l.depends(state_yaw, column);
+    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
+        const Vector5d by_time = l.by_state.leftCols<3>() * belief.velocity();
+        l.depends_on_slow(belief, *offset, by_time);
+    }
 
     for (int i = 0; i < 3; ++i) {
         column.head<3>().setZero();

@@ -32,6 +32,13 @@ struct LandmarkSighting {
     std::vector<PlaceProposal> proposals;
 };
 
+/// The tag on a robot in a frame of a fixed camera.
+struct TagSighting {
+    int robot = 0;
+    FixedList<PointSighting, 4> corners;  // bottom left, bottom right, top right, top left, as the tag is read
+    std::vector<PlaceProposal> proposals;
+};
+
 struct CornerSighting {
     int robot = 0;
     std::vector<CornerObservation> corners;
@@ -53,7 +60,8 @@ struct Event {
     Nanoseconds time = 0;
     int source = 0;  // of the tracker's sources
     int key = 0;     // tells apart what one source says at one time
-    std::variant<PoseObservation, GroupSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation, PlaceSighting, TimePassed>
+    std::variant<PoseObservation, GroupSighting, TagSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation, PlaceSighting,
+                 TimePassed>
         what;
 
     bool operator<(const Event& other) const { return std::tie(time, source, key) < std::tie(other.time, other.source, other.key); }

@@ -13,6 +13,9 @@ OnboardSource onboard_source(int source, const CameraOnRobot& camera) {
 }
 
 void add_slow_states(Belief& belief, const OnboardSource& source) {
+    if (source.time_offset_sigma > 0) {
+        ensure_slow(belief, {SlowKind::time_offset, source.source, 0, source.time_offset_sigma * source.time_offset_sigma, 1e-3});
+    }
     if (!source.mount_uncertain) return;
     for (int i = 0; i < 6; ++i) {
         if (source.mount_root.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4});
@@ -43,6 +46,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
         by_place.template middleRows<2>(2 * i) = j.by_point;
     }
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
+    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
     for (int i = 0; i < 3; ++i) {
         const Eigen::Matrix<double, 2 * Points, 1> column = landmark.sigma * by_place.col(i);
         const auto slow = find_slow(belief, SlowKind::landmark_place, landmark.number, i);

@@ -14,6 +14,7 @@ struct OnboardSource {
     CameraOnRobot camera;
     Matrix6d mount_root = Matrix6d::Zero();  // a root of the mount's covariance; zero where it is exact
     bool mount_uncertain = false;
+    double time_offset_sigma = 0;  // s; 0: its time stamps are right
 };
 OnboardSource onboard_source(int source, const CameraOnRobot& camera);
 
@@ -24,7 +25,7 @@ struct KnownLandmark {
     double sigma = 0.002;                                  // m, of each coordinate of its position
 };
 
-/// Prepares the slow states of the mount's errors, and of the landmark's place: x, y and, with 3 directions, z. An error without a state
+/// Prepares the slow states of the mount's and the time stamps' errors, and of the landmark's place: x, y and, with 3 directions, z. An error without a state
 /// is taken for noise.
 void add_slow_states(Belief& belief, const OnboardSource& source);
 void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, int directions = 2);

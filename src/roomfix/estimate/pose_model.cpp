@@ -21,13 +21,20 @@ Matrix6d root_of(const Matrix6d& covariance) {
     return factor.transpositionsP().transpose() * (factor.matrixL().toDenseMatrix() * factor.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
 }
 
-void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source) {
+void add_slow_states(Belief& belief, const PoseSource& source) {
     if (source.time_offset_sigma > 0) {
         const double variance = source.time_offset_sigma * source.time_offset_sigma;
         ensure_slow(belief, {SlowKind::time_offset, source.source, 0, variance, 1e-3});
     }
-    if (!by_calibration(observation, source)) return;
-    for (int i = 0; i < 6; ++i) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory});
+    for (int i = 0; i < 6; ++i) {
+        if (source.root.col(i).squaredNorm() > 0) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory});
+    }
+}
+
+void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source) {
+    PoseSource known = source;
+    if (!by_calibration(observation, source)) known.root.setZero();
+    add_slow_states(belief, known);
 }
 
 Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source) {

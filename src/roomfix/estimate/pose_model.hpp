@@ -17,6 +17,9 @@ struct PoseSource {
 /// A matrix whose product with its transpose is the covariance.
 Matrix6d root_of(const Matrix6d& covariance);
 
+/// Prepares the slow states of the camera's errors: its time stamps and its pose.
+void add_slow_states(Belief& belief, const PoseSource& source);
+
 /// Prepares the slow states that the observation needs; call it before `linearise_pose`.
 void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source);
 

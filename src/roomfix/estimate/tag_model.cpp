@@ -2,7 +2,8 @@
 
 namespace roomfix {
 
-std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList<PointSighting, 4>& seen, const View& view, const SiteRobot& robot) {
+std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList<PointSighting, 4>& seen, const View& view, const SiteRobot& robot,
+                                           const PoseSource& source) {
     if (!robot.tag || seen.size() != 4) return std::nullopt;
     const auto points = own_points(*robot.tag);
     const Eigen::Isometry3d map_from_robot_now = map_from_robot(belief.pose());
@@ -21,8 +22,16 @@ std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList
         by_pose.block<2, 1>(2 * i, 2) = j.by_point * Eigen::Vector3d::UnitZ().cross(arm);
         by_view.middleRows<2>(2 * i) = j.by_pose;
     }
-    l.noise += by_view * view.map_from_camera.covariance * by_view.transpose();
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
+    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
+    for (int i = 0; i < 6; ++i) {
+        const Eigen::Matrix<double, 8, 1> column = by_view * source.root.col(i);
+        if (const auto slow = find_slow(belief, SlowKind::calibration, source.source, i)) {
+            l.depends_on_slow(belief, *slow, column);
+        } else {
+            l.noise += column * column.transpose();
+        }
+    }
     return l;
 }
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "roomfix/estimate/iterated_update.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -318,6 +320,16 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             return 0;
         }
         double operator()(const GroupSighting&) const { return 0; }
+        double operator()(const TagSighting& s) const {
+            const PoseSource& camera = models.fixed.at(event.source);
+            const View& view = models.views.at(event.source);
+            const SiteRobot& robot = models.site.robots[static_cast<std::size_t>(s.robot)];
+            return fuse_with(s.proposals, [&](Belief& b) {
+                add_slow_states(b, camera);
+                return iterated_update<8>(b, doubt_over(8, 100, models.settings),
+                                          [&](const Belief& at) { return linearise_tag(at, s.corners, view, robot, camera); });
+            });
+        }
         double operator()(const LandmarkSighting& s) const {
             return fuse_with(s.proposals, [&](Belief& b) { return take_landmarks(b, s, event.source, models); });
         }

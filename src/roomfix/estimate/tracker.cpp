@@ -28,10 +28,12 @@ bool usable(const PoseObservation& o) {
 
 bool usable(const PlaceProposal& p) { return usable(PoseObservation{0, p.pose, p.yaw_known, p.covariance}) && p.weight > 1e-12 && p.weight < 1e12; }
 
-bool usable(const LandmarkObservation& o) {
-    return std::all_of(o.points.begin(), o.points.end(),
+bool usable(const FixedList<PointSighting, 4>& points) {
+    return std::all_of(points.begin(), points.end(),
                        [](const PointSighting& p) { return p.pixel.allFinite() && p.covariance.allFinite() && p.covariance.determinant() > 0; });
 }
+
+bool usable(const LandmarkObservation& o) { return usable(o.points); }
 
 bool usable(const CornerObservation& o) {
     return o.view.corner_from_camera.allFinite() && o.view.place.allFinite() && o.covariance.allFinite() &&
@@ -141,6 +143,16 @@ void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const P
     }
 }
 
+void Tracker::see(Nanoseconds time, const std::string& camera, const TagSighting& sighting) {
+    const int source = models_.source(camera);
+    const bool known = knows_robot(sighting.robot) && models_.views.contains(source) && models_.site.robots[static_cast<std::size_t>(sighting.robot)].tag;
+    if (!known || sighting.corners.size() != 4 || !usable(sighting.corners) || !all_usable(sighting.proposals)) {
+        ++counts_.impossible;
+        return;
+    }
+    if (plausible_time(time)) add(group_of(sighting.robot), {time, source, -1 - sighting.robot, sighting});
+}
+
 template <class Sighting, class Seen>
 void Tracker::see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen) {
     const int source = models_.source(camera);
@@ -246,13 +258,28 @@ std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
     return all;
 }
 
+/// Has the source lately been right about another robot, and does that one not depend on it alone?
+bool Tracker::right_for_another(int robot, int source, Nanoseconds time) const {
+    constexpr double lately = 2;  // s
+    for (const Buffer& buffer : buffers_) {
+        for (const Track& track : buffer.newest().accounts.front().tracks) {
+            for (const SourceHealth& health : track.sources) {
+                const bool same = health.source == source && track.robot != robot && !health.quarantined;
+                if (same && health.judged > 0 && health.right > models_.settings.readmit_above && to_seconds(time - health.judged_at) < lately) return true;
+            }
+        }
+    }
+    return false;
+}
+
 std::vector<Quarantine> Tracker::quarantines() const {
     std::vector<Quarantine> all;
     for (const Buffer& buffer : buffers_) {
         for (const Track& track : buffer.newest().accounts.front().tracks) {
             for (const SourceHealth& source : track.sources) {
-                if (source.quarantined)
-                    all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance});
+                if (!source.quarantined) continue;
+                all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance,
+                               right_for_another(track.robot, source.source, track.time)});
             }
         }
     }

@@ -27,7 +27,8 @@ struct TrackerCounts {
 struct Quarantine {
     std::string robot;
     std::string source;
-    double distance = 0;  // m, from where the robot is by all other sources
+    double distance = 0;             // m, from where the robot is by all other sources
+    bool sees_others_right = false;  // another robot's places by the same source are right: it takes something else for this one
 };
 
 /// What a tracker was told, for smoothing after the fact.
@@ -47,6 +48,8 @@ public:
 
     /// One frame of a fixed camera: all robots in it, none of them twice. An empty one counts, too.
     void see(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots);
+    /// The tag of one robot in one frame of a fixed camera.
+    void see(Nanoseconds time, const std::string& camera, const TagSighting& sighting);
     /// Landmarks or corners in one frame of a camera on a robot of the site, with the places that the frame alone allows.
     void see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting);
     void see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting);
@@ -78,6 +81,7 @@ public:
 private:
     using Buffer = LagBuffer<GroupState, Event>;
     bool plausible_time(Nanoseconds time);
+    bool right_for_another(int robot, int source, Nanoseconds time) const;
     bool taken_by_another(Nanoseconds time, const PoseObservation& o) const;
     template <class Sighting, class Seen>
     void see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen);

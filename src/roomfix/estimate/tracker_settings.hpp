@@ -15,7 +15,6 @@ struct TrackerSettings {
     OdometryLimits odometry_limits;
     LateModel late;
     double range_bias_memory = 600;  // s
-    double time_offset_sigma = 0;    // s, of cameras' time stamps; 0: they are right
 
     double outliers = 0.01;    // share of observations that are wrong altogether
     double gate = 9;           // squared Mahalanobis distance, beyond twice the mean of a right one, at which right and wrong are equally likely

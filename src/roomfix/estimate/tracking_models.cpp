@@ -26,9 +26,13 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
     for (const SiteCamera& camera : site.cameras) {
         const int number = source(camera.id);
         if (const auto* mount = std::get_if<Mount>(&camera.placement)) {
-            onboard.emplace(number, onboard_source(number, CameraOnRobot{camera.model, mount->robot_from_camera}));
+            OnboardSource errors = onboard_source(number, CameraOnRobot{camera.model, mount->robot_from_camera});
+            errors.time_offset_sigma = camera.time_offset_sigma;
+            onboard.emplace(number, errors);
         } else if (const auto view = fixed_view(camera)) {
             fixed[number].root = root_of(view->map_from_camera.covariance);
+            fixed[number].time_offset_sigma = camera.time_offset_sigma;
+            views.emplace(number, *view);
         }
     }
 }
@@ -40,7 +44,6 @@ int TrackingModels::source(const std::string& name) {
     const int number = static_cast<int>(source_names.size()) - 1;
     PoseSource errors;
     errors.source = number;
-    errors.time_offset_sigma = settings.time_offset_sigma;
     fixed.emplace(number, errors);
     return number;
 }

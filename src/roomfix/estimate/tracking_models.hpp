@@ -9,6 +9,7 @@
 #include "roomfix/estimate/odometry_track.hpp"
 #include "roomfix/estimate/pose_model.hpp"
 #include "roomfix/estimate/range_model.hpp"
+#include "roomfix/estimate/tag_model.hpp"
 #include "roomfix/estimate/tracker_settings.hpp"
 #include "roomfix/site/site.hpp"
 
@@ -37,6 +38,7 @@ struct TrackingModels {
     std::vector<std::string> source_names;
     int range_source = 0;  // all ranges are one source
     int wheel_source = 0;
+    std::map<int, View> views;             // by source: cameras in the room
     std::map<int, PoseSource> fixed;       // by source: cameras in the room, and whatever else gives poses
     std::map<int, OnboardSource> onboard;  // by source: cameras on robots
 };

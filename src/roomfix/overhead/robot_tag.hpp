@@ -27,6 +27,8 @@ std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robo
 struct TaggedRobot {
     int robot = 0;  // index in `robots`
     RobotTagFit fit;
+    std::array<Eigen::Vector2d, 4> corners;  // px, in the order of own_points()
+    double sigma = 0;                        // px, of each coordinate
 };
 
 /// The robots whose tags a fixed camera sees in a frame.

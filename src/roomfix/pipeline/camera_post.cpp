@@ -61,15 +61,19 @@ void CameraPost::watch(LumaView frame, const FrameHints& hints) {
     observer_->set_elsewhere(hints.elsewhere);
     observer_->observe(frame, result_);
     poses_ = poses_of(result_.observations);
+    tagged_.clear();
     if (!tags_) return;
     for (const TaggedRobot& tagged : find_tagged_robots(observer_->view(), robots_, *tags_, frame)) {
         std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
-        poses_.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, 1, tagged.fit.by_camera, true});
+        TagSighting sighting{tagged.robot, {}, {{tagged.fit.pose, tagged.fit.covariance, true, 1}}};
+        for (const Eigen::Vector2d& corner : tagged.corners) sighting.corners.push_back({corner, tagged.sigma * tagged.sigma * Eigen::Matrix2d::Identity()});
+        tagged_.push_back(sighting);
     }
 }
 
 void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
     if (observer_) tracker.see(time, id(), poses_);
+    for (const TagSighting& tag : tagged_) tracker.see(time, id(), tag);
     if (locator_ && !onboard_.located.places.empty()) {
         tracker.see(time, id(), LandmarkSighting{locator_->robot(), onboard_.seen.landmarks, proposals_of(onboard_.located.places)});
     }

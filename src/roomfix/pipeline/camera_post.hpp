@@ -17,8 +17,8 @@ namespace roomfix {
 
 /// What is known before a frame is looked at.
 struct FrameHints {
-    std::vector<char> elsewhere;            // of each robot: 1 if it surely is where a fixed camera does not see it
-    std::vector<RangeObservation> ranges;   // of the robot that carries the camera
+    std::vector<char> elsewhere;              // of each robot: 1 if it surely is where a fixed camera does not see it
+    std::vector<RangeObservation> ranges;     // of the robot that carries the camera
     std::optional<PoseObservation> expected;  // where that robot should be
 };
 
@@ -71,6 +71,7 @@ private:
     std::unique_ptr<CornerCamera> corners_;
     OverheadResult result_;
     std::vector<PoseObservation> poses_;
+    std::vector<TagSighting> tagged_;
     OnboardResult onboard_;
     CornerCameraResult corner_;
     LumaImage shown_frame_;

@@ -14,8 +14,8 @@ namespace roomfix {
 class RecordedFrames {
 public:
     /// Live ones among the sources are left alone. `failed` gets a camera and the message where a frame cannot be read, `ended` a camera.
-    RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop, std::function<void(std::size_t, const std::string&)> failed,
-                   std::function<void(std::size_t)> ended);
+    RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop,
+                   std::function<void(std::size_t, const std::string&)> failed, std::function<void(std::size_t)> ended);
 
     /// The next frames that may be looked at side by side: the earliest of all, and those of other cameras little later, in the order of
     /// their times. Empty at the end.

@@ -200,19 +200,23 @@ void SiteRunner::report(const CameraFrame& frame, const Look& look) {
     station.last_wall = now;
     if (page_) station.post->show(frame.image);
     station.post->tell(tracker_, frame.time);
-    const auto quarantine = quarantine_of(*station.post);
-    if (quarantine) state.status = "quarantined";
-    state.message = quarantine ? *quarantine : station.post->reason();
+    state.message = station.post->reason();
+    note_quarantine(*station.post, state);
     pass_on(frame.time, station.post->id());
 }
 
-/// Why the camera is not believed at present, if it is not. The mutex is held.
-std::optional<std::string> SiteRunner::quarantine_of(const CameraPost& post) const {
+/// Tells the camera's state what the tracker does not believe of it. The mutex is held.
+void SiteRunner::note_quarantine(const CameraPost& post, SourceState& state) const {
     for (const Quarantine& q : tracker_.quarantines()) {
         if (q.source != post.id()) continue;
-        return fmt::format("not used: it sees {} {:.2f} m from where everything else puts it; was the camera moved?", q.robot, q.distance);
+        if (q.sees_others_right) {
+            state.message = fmt::format("it sees {} {:.2f} m from where everything else puts it: something there looks like {}", q.robot, q.distance, q.robot);
+            continue;
+        }
+        state.status = "quarantined";
+        state.message = fmt::format("not used: it sees {} {:.2f} m from where everything else puts it; was the camera moved?", q.robot, q.distance);
+        return;
     }
-    return std::nullopt;
 }
 
 void SiteRunner::add_problems(const std::vector<std::string>& problems) {

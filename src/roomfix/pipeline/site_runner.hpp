@@ -126,7 +126,7 @@ private:
                               const std::function<void(double)>& progress);
     void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
     void count_dropped(std::size_t index, const FrameCount& count);
-    std::optional<std::string> quarantine_of(const CameraPost& post) const;
+    void note_quarantine(const CameraPost& post, SourceState& state) const;
     void listen(const std::string& device, int robot, const std::atomic<bool>& stop);
     void tell_until(Nanoseconds time);
     void add_problems(const std::vector<std::string>& problems);

@@ -98,12 +98,13 @@ void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& no
     const std::string what = "cameras." + id;
     if (!reader.map(node, what,
                     {"source", "size", "intrinsics", "distortion", "pose", "floor_points", "floor_points_sigma", "mount", "height", "height_sigma", "robot",
-                     "background"})) {
+                     "background", "time_offset_sigma"})) {
         return;
     }
     SiteCamera camera;
     camera.id = id;
     camera.source = reader.text(reader.required(node, "source", what), what + ".source").value_or("");
+    camera.time_offset_sigma = reader.number(node["time_offset_sigma"], what + ".time_offset_sigma", 0, 10).value_or(0);
     camera.background = reader.text(node["background"], what + ".background").value_or("");
     const auto size = reader.numbers(reader.required(node, "size", what), what + ".size", 2, 1, 32768);
     const YAML::Node intrinsics = reader.required(node, "intrinsics", what);

@@ -50,7 +50,8 @@ struct SiteCamera {
     std::string source;  // as written; resolve with source_path()
     CameraModel model;
     Placement placement;
-    std::string background;  // as written; empty: learn from the source itself
+    std::string background;        // as written; empty: learn from the source itself
+    double time_offset_sigma = 0;  // s: how far its time stamps may be off; 0: not at all
 };
 
 struct Box {

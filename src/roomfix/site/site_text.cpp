@@ -49,6 +49,7 @@ std::string camera_text(const SiteCamera& camera) {
     text += fmt::format("    intrinsics: {{fx: {}, fy: {}, cx: {}, cy: {}}}\n    distortion: {}\n", number_text(m.fx), number_text(m.fy), number_text(m.cx),
                         number_text(m.cy), list_text(m.distortion));
     text += std::visit(PlacementText{}, camera.placement);
+    if (camera.time_offset_sigma > 0) text += "    time_offset_sigma: " + number_text(camera.time_offset_sigma) + "\n";
     if (!camera.background.empty()) text += "    background: " + camera.background + "\n";
     return text;
 }

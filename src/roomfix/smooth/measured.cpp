@@ -114,6 +114,8 @@ std::vector<Measured> measured_of(int robot, const TrackerHistory& history, cons
             if (seen != nullptr) measured.push_back({event.time, event.source, *seen});
         } else if (const auto* pose = std::get_if<PoseObservation>(&event.what)) {
             measured.push_back({event.time, event.source, *pose});
+        } else if (const auto* tag = std::get_if<TagSighting>(&event.what)) {
+            measured.push_back({event.time, event.source, *tag});
         } else if (const auto* range = std::get_if<RangeObservation>(&event.what)) {
             measured.push_back({event.time, event.source, *range});
         } else if (const auto* difference = std::get_if<RangeDifferenceObservation>(&event.what)) {

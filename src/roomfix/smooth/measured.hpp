@@ -22,7 +22,7 @@ struct SeenCorner {
 struct Measured {
     Nanoseconds time = 0;
     int source = 0;  // of the tracker's sources
-    std::variant<PoseObservation, SeenLandmark, SeenCorner, RangeObservation, RangeDifferenceObservation> what;
+    std::variant<PoseObservation, TagSighting, SeenLandmark, SeenCorner, RangeObservation, RangeDifferenceObservation> what;
 };
 
 /// What a source saw or heard, where it can be one of several things: the landmark, corner or beacon; 0 otherwise.

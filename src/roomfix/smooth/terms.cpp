@@ -172,6 +172,14 @@ struct TermMaker {
         if (!o.yaw_known) return normal_term<2>([o, &errors](const Belief& b) { return std::optional(linearise_place(b, o, errors)); }, weights, belief);
         return normal_term<3>([o, &errors](const Belief& b) { return std::optional(linearise_pose(b, o, errors)); }, weights, belief);
     }
+    MeasuredTerm operator()(const TagSighting& s) const {
+        const PoseSource& errors = models.fixed.at(source);
+        const View& view = models.views.at(source);
+        const SiteRobot& tagged = models.site.robots[static_cast<std::size_t>(s.robot)];
+        Belief& belief = prepared();
+        add_slow_states(belief, errors);
+        return normal_term<8>([s, &view, &tagged, &errors](const Belief& b) { return linearise_tag(b, s.corners, view, tagged, errors); }, weights, belief);
+    }
     MeasuredTerm operator()(const SeenLandmark& s) const {
         const OnboardSource& camera = models.onboard.at(source);
         const KnownLandmark landmark = models.landmark(s.landmark);
