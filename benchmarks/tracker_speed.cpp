@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 #include <vector>
 
 #include "roomfix/base/random.hpp"
 #include "roomfix/estimate/tracker.hpp"
+#include "roomfix/evaluate/line_chart.hpp"
 
 namespace {
 
@@ -129,11 +131,17 @@ double crowd_cost(int robots) {
 
 }  // namespace
 
-int main() {
+/// `tracker_speed FILE.svg` draws the cost per robot, too.
+int main(int argc, char** argv) {
     fmt::print("scalar-range updates per second: {:.0f} (goal 1000000)\n", 1 / range_cost(300000));
     fmt::print("pose updates per second: {:.0f} (goal 300000)\n", 1 / pose_cost(1, 100000));
-    for (const int robots : {1, 10, 100, 1000})
-        fmt::print("{:5} robots: {:.2f} us per robot and pose\n", robots, 1e6 * pose_cost(robots, std::max(60, 20000 / robots)));
+    LineChart chart{"Cost per robot", "robots", "microseconds per robot and pose", {{"measured", {}, false}}, false};
+    for (const int robots : {1, 2, 5, 10, 20, 50, 100, 200, 400, 600, 800, 1000}) {
+        const double cost = 1e6 * pose_cost(robots, std::max(60, 20000 / robots));
+        fmt::print("{:5} robots: {:.2f} us per robot and pose\n", robots, cost);
+        chart.curves[0].points.emplace_back(robots, cost);
+    }
+    if (argc > 1) std::ofstream(argv[1]) << svg_of(chart);
     fmt::print("1000 robots at 30 Hz: {:.3f} s per second (goal < 1)\n", 30000 * pose_cost(1000, 90));
     fmt::print("1000 look-alikes at 30 Hz: {:.3f} s per second (goal < 1)\n", crowd_cost(1000));
     fmt::print("an observation that comes 1 s late: {:.0f} us (goal 200)\n", 1e6 * late_cost());

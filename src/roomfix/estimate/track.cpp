@@ -10,12 +10,13 @@
 namespace roomfix {
 namespace {
 
-constexpr double moving_speed = 0.15;      // m/s: faster, the direction of motion tells which end is the front
-constexpr double memory_of_health = 0.05;  // of one observation
-constexpr double confirmed_within = 2.0;   // s: so old may another source's word be to judge by
-constexpr double sure_enough = 0.2;        // m: a place known less judges nobody
-constexpr double front_doubt = 0.02;       // weight of other fronts where the robot seems to drive backwards or sideways
-constexpr int yaw_starts = 12;             // of a robot with odometry whose front nobody knows
+constexpr double moving_speed = 0.15;     // m/s: faster, the direction of motion tells which end is the front
+constexpr double memory_of_health = 2;    // s: so long a source may be wrong
+constexpr double longest_judged = 1;      // s that one observation speaks for, at most
+constexpr double confirmed_within = 2.0;  // s: so old may another source's word be to judge by
+constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
+constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
+constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
 
 Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
     const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
@@ -37,10 +38,12 @@ bool confirmed_otherwise(const Track& track, int source) {
 void judge(SourceHealth& health, Nanoseconds time, const Surprise& surprise, double distance, bool judgeable, const TrackerSettings& settings) {
     health.nis = surprise.nis;
     health.dimensions = surprise.dimensions;
+    const double since = health.judged_at == never ? 0.1 : to_seconds(time - health.judged_at);
     health.judged_at = time;
     if (!judgeable) return;
-    health.right += memory_of_health * (surprise.right - health.right);
-    health.distance += memory_of_health * (distance - health.distance);
+    const double share = 1 - std::exp(-std::min(since, longest_judged) / memory_of_health);
+    health.right += share * (surprise.right - health.right);
+    health.distance += share * (distance - health.distance);
     ++health.judged;
     if (!health.quarantined && health.judged >= settings.quarantine_after && health.right < settings.quarantine_below) health.quarantined = true;
     if (health.quarantined && health.right > settings.readmit_above) health.quarantined = false;

@@ -260,7 +260,7 @@ std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
 
 /// Has the source lately been right about another robot, and does that one not depend on it alone?
 bool Tracker::right_for_another(int robot, int source, Nanoseconds time) const {
-    constexpr double lately = 2;  // s
+    constexpr double lately = 10;  // s
     for (const Buffer& buffer : buffers_) {
         for (const Track& track : buffer.newest().accounts.front().tracks) {
             for (const SourceHealth& health : track.sources) {

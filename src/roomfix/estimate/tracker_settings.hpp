@@ -33,7 +33,7 @@ struct TrackerSettings {
 
     double quarantine_below = 0.3;  // mean probability of being right: a source below is no longer believed ...
     double readmit_above = 0.7;     // ... until it is above this again
-    int quarantine_after = 20;      // observations at least
+    int quarantine_after = 5;       // observations at least
 };
 
 }  // namespace roomfix

@@ -7,33 +7,10 @@
 #include <optional>
 
 #include "roomfix/base/random.hpp"
-#include "roomfix/estimate/tracker.hpp"
-#include "roomfix/simulate/wheel_simulator.hpp"
+#include "roomfix/evaluate/crossing.hpp"
 
 namespace roomfix {
 namespace {
-
-const Box body{0.54, 0.54, 0.45};
-
-SiteRobot wheeled(const char* id) {
-    SiteRobot robot;
-    robot.id = id;
-    robot.shape = body;
-    robot.drive = Drive::differential;
-    robot.odometry = WheelOdometry{};
-    return robot;
-}
-
-WheelModel random_wheels(Random& random) {
-    WheelModel wheels;
-    wheels.scale = random.normal(0.01);
-    wheels.drift = random.normal(0.01);
-    return wheels;
-}
-
-void tell(Tracker& tracker, int robot, const std::vector<WheelPose>& poses) {
-    for (const WheelPose& p : poses) tracker.drive({from_seconds(p.time), robot, p.pose});
-}
 
 PoseObservation observed(const Pose2& at, double sigma, double yaw_sigma, int robot, Random& random) {
     PoseObservation o;
@@ -45,50 +22,13 @@ PoseObservation observed(const Pose2& at, double sigma, double yaw_sigma, int ro
     return o;
 }
 
-/// Drives towards the middle at `speed`, and goes on or turns back there: a turn takes a second on the spot.
-struct Passage {
-    double side = -1;  // which end it starts from
-    double lane = 0;   // m
-    double speed = 0.4;
-    double meet = 5;  // s
-    bool turns_back = false;
-
-    Pose2 at(double t) const {
-        const double forward = side < 0 ? 0 : std::numbers::pi;
-        if (!turns_back || t < meet) return {side * speed * (meet - t), lane, forward};
-        const double turning = std::min(t - meet, 1.0);
-        const double way = speed * std::max(t - meet - 1, 0.0);
-        return {side * way, lane, wrap_angle(forward + std::numbers::pi * turning)};
-    }
-};
-
-Fix named(const std::vector<Fix>& fixes, const std::string& robot) {
-    for (const Fix& fix : fixes) {
-        if (fix.robot == robot) return fix;
-    }
-    return {};
-}
-
-double off(const Fix& fix, const Pose2& truth) { return std::hypot(fix.pose.x - truth.x, fix.pose.y - truth.y); }
-
 void cross(bool odometry, std::uint64_t seed, CrossingResult& result) {
     Random random(seed);
     Site site;
-    site.robots = {wheeled("r1"), wheeled("r2")};
-    if (!odometry) {
-        for (SiteRobot& robot : site.robots) robot.odometry.reset();
-    }
+    site.robots = like_robots(odometry);
     Tracker tracker(site);
-    std::array<Passage, 2> ways;
-    const bool back = random.uniform() < 0.5;
-    for (int r = 0; r < 2; ++r) {
-        Passage& way = ways[static_cast<std::size_t>(r)];
-        way = {r == 0 ? -1.0 : 1.0, (r == 0 ? -0.25 : 0.25) * body.width, random.uniform(0.2, 0.5), 5, back};
-    }
-    std::array<std::optional<WheelSimulator>, 2> wheels;
-    for (std::size_t r = 0; r < 2; ++r)
-        wheels[r].emplace(
-            random_wheels(random), [way = ways[r]](double t) { return way.at(t); }, random.bits());
+    const std::array<Passage, 2> ways = random_passages(0.25 * crossing_body.width, random);
+    auto wheels = wheels_of(ways, random);
     // Their names are told once, as a tag or a person would.
     for (int r = 0; r < 2; ++r) {
         PoseObservation first = observed(ways[static_cast<std::size_t>(r)].at(0), 0.01, 0.02, r, random);
@@ -101,9 +41,9 @@ void cross(bool odometry, std::uint64_t seed, CrossingResult& result) {
     bool doubtful = false;
     for (int i = 1; i * 0.1 < end; ++i) {
         const double t = i * 0.1;
-        for (int r = 0; r < 2 && odometry; ++r) tell(tracker, r, wheels[static_cast<std::size_t>(r)]->until(t));
+        for (int r = 0; r < 2 && odometry; ++r) tell_wheels(tracker, r, wheels[static_cast<std::size_t>(r)].until(t));
         const std::array<Pose2, 2> now = {ways[0].at(t), ways[1].at(t)};
-        const bool overlap = std::abs(now[0].x - now[1].x) < body.length;
+        const bool overlap = std::abs(now[0].x - now[1].x) < crossing_body.length;
         std::vector<PoseObservation> frame;
         for (int r = 0; r < 2; ++r) {
             if (overlap && random.uniform() < 0.3) continue;
@@ -111,21 +51,9 @@ void cross(bool odometry, std::uint64_t seed, CrossingResult& result) {
         }
         if (random.uniform() < 0.5) std::reverse(frame.begin(), frame.end());
         tracker.see(from_seconds(t), "hall", frame);
-        if (t > ways[0].meet + 0.5) {
-            for (const Fix& fix : tracker.fixes(from_seconds(t))) doubtful = doubtful || fix.identity < 0.95;
-        }
+        doubtful = doubtful || (t > ways[0].meet + 0.5 && in_doubt(tracker, t));
     }
-    ++result.crossings;
-    const auto fixes = tracker.fixes(from_seconds(end - 0.1));
-    const Fix first = named(fixes, "r1");
-    if (first.status == FixStatus::none || named(fixes, "r2").status == FixStatus::none) {
-        ++result.lost;
-        return;
-    }
-    const bool switched = off(first, ways[1].at(end - 0.1)) < off(first, ways[0].at(end - 0.1));
-    result.switches += switched;
-    result.flagged += switched && doubtful;
-    result.false_alarms += !switched && first.identity < 0.95;
+    judge_crossing(tracker, ways, end - 0.1, doubtful, result);
 }
 
 /// The places that a corner leaves open: one for each corner that it may be.
@@ -148,7 +76,7 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
     Random random(seed);
     constexpr double length = 6, width = 4.5, height = 2.7;
     Site site;
-    site.robots = {wheeled("r1")};
+    site.robots = {wheeled_robot("r1")};
     Receiver receiver;
     receiver.position = Eigen::Vector3d(0, 0, 0.4);
     receiver.sigma = 0.03;
@@ -188,7 +116,7 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
     bool first = true;
     for (int i = 0; i * 0.1 <= end; ++i) {
         const double t = i * 0.1;
-        tell(tracker, 0, wheels.until(t + 1e-9));
+        tell_wheels(tracker, 0, wheels.until(t + 1e-9));
         const Eigen::Isometry3d map_from_camera = map_from_robot(truth(t)) * mount.robot_from_camera.pose;
         for (const SiteCorner& corner : site.corners) {
             const auto pixel = project(eye.model, map_from_camera.inverse() * corner.position);
@@ -216,8 +144,8 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
             first = false;
         }
     }
-    const Fix last = named(tracker.fixes(from_seconds(end)), "r1");
-    return last.status != FixStatus::none && off(last, truth(end)) < 0.3;
+    const Fix last = named_fix(tracker.fixes(from_seconds(end)), "r1");
+    return last.status != FixStatus::none && distance(last, truth(end)) < 0.3;
 }
 
 }  // namespace
@@ -244,7 +172,7 @@ KidnappingResult simulate_kidnappings(int runs, std::uint64_t seed) {
     for (int i = 0; i < runs; ++i) {
         Random random(mix64(seed * 3001 + static_cast<std::uint64_t>(i)));
         Site site;
-        site.robots = {wheeled("r1")};
+        site.robots = {wheeled_robot("r1")};
         Tracker tracker(site);
         const auto place = [&] { return Pose2{random.uniform(0, 10), random.uniform(0, 10), random.uniform(-3, 3)}; };
         const Pose2 from = place();
@@ -256,13 +184,13 @@ KidnappingResult simulate_kidnappings(int runs, std::uint64_t seed) {
         ++result.runs;
         double found = -1;
         for (double t = 0; t < seen_again + 3; t += 1 / rate) {
-            tell(tracker, 0, wheels.until(t));
+            tell_wheels(tracker, 0, wheels.until(t));
             if (t > carried && t < seen_again) continue;
             const Pose2& now = t < carried ? from : to;
             const PoseObservation o = observed(now, 0.015, 0.03, 0, random);
             tracker.see(from_seconds(t), "hall", {&o, 1});
-            const Fix fix = named(tracker.fixes(from_seconds(t)), "r1");
-            if (found < 0 && t >= seen_again && fix.status == FixStatus::ok && off(fix, to) < 0.1) found = t - seen_again;
+            const Fix fix = named_fix(tracker.fixes(from_seconds(t)), "r1");
+            if (found < 0 && t >= seen_again && fix.status == FixStatus::ok && distance(fix, to) < 0.1) found = t - seen_again;
         }
         if (found < 0 || found > 2) continue;
         ++result.found;

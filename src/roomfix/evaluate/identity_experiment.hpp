@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 namespace roomfix {
 
@@ -16,6 +17,11 @@ struct CrossingResult {
 /// Two robots of the same look pass each other with their outlines overlapping by half, or turn back just there. One camera sees them at
 /// 10 Hz; while they overlap, it sees them badly or only one of them.
 CrossingResult simulate_crossings(int crossings, bool odometry, std::uint64_t seed);
+
+/// The same from rendered pictures of one camera at the side of a hall: the robot behind is hidden by half while they pass. `overlap` gets
+/// the mean part of its outline that was hidden at most. `progress` gets 0..1,
+/// from several threads.
+CrossingResult render_crossings(int crossings, bool odometry, std::uint64_t seed, double& overlap, const std::function<void(double)>& progress = {});
 
 struct CornerChoiceResult {
     int runs = 0;

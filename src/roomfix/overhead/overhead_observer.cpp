@@ -9,7 +9,8 @@
 namespace roomfix {
 namespace {
 
-constexpr double soft_size = 0.05;  // m: targets that come in any number, such as people, are no exact solids
+constexpr double most_covered = 0.25;  // of the picture: more is no robot
+constexpr double soft_size = 0.05;     // m: targets that come in any number, such as people, are no exact solids
 
 /// True if the silhouette's box and the component's overlap.
 bool touches(const Silhouette& silhouette, const Component& component) {
@@ -52,6 +53,7 @@ void OverheadObserver::observe(LumaView frame, OverheadResult& result) {
         if (acceptable(found)) result.observations.push_back(observation_of(found));
     }
     if (result.observations.empty()) result.reason = reason_for_nothing(components);
+    result.changed = foreground_.covered > most_covered;
     refresh_background(frame);
 }
 
@@ -274,7 +276,7 @@ SilhouetteObservation OverheadObserver::observation_of(const Found& found) const
 }
 
 std::string OverheadObserver::reason_for_nothing(const std::vector<Component>& components) const {
-    if (foreground_.covered > 0.5) {
+    if (foreground_.covered > most_covered) {
         return fmt::format("{:.0f} % of the picture changed at once: the light was switched, the camera was moved, or something fills the view",
                            100 * foreground_.covered);
     }

@@ -33,7 +33,8 @@ struct OverheadSettings {
 /// What one frame shows.
 struct OverheadResult {
     std::vector<SilhouetteObservation> observations;
-    std::string reason;  // why there is none; empty otherwise
+    std::string reason;    // why there is none; empty otherwise
+    bool changed = false;  // so much differs from the background that this is hardly the view it was learned from
 };
 
 /// Keeps the background of one camera. Without a background given it learns from the frames it sees, better with time.

@@ -42,6 +42,8 @@ public:
     double look(LumaView frame, Nanoseconds time, const FrameHints& hints);
     /// What the last frame showed goes to the tracker.
     void tell(Tracker& tracker, Nanoseconds time) const;
+    /// So much of the last frame differs from the background that the camera may have been moved.
+    bool changed() const { return observer_ && result_.changed; }
     /// Why the last frame showed no robot; empty if it did.
     const std::string& reason() const;
 

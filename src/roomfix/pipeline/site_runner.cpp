@@ -201,6 +201,10 @@ void SiteRunner::report(const CameraFrame& frame, const Look& look) {
     if (page_) station.post->show(frame.image);
     station.post->tell(tracker_, frame.time);
     state.message = station.post->reason();
+    if (station.post->changed()) {
+        state.status = "changed";
+        state.message = "a large part of the picture differs from its background: was the camera moved, or the light switched?";
+    }
     note_quarantine(*station.post, state);
     pass_on(frame.time, station.post->id());
 }

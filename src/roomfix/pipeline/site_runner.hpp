@@ -26,7 +26,7 @@ namespace roomfix {
 /// What is known about one source, for the page and the final report.
 struct SourceState {
     std::string id;
-    std::string status = "waiting";  // waiting, ok, slow, frozen, quarantined, ended, failed
+    std::string status = "waiting";  // waiting, ok, slow, changed, frozen, quarantined, ended, failed
     std::string message;
     long frames = 0;
     long bad_frames = 0;
