@@ -176,6 +176,16 @@ TEST(LoadSite, ReadsDriveOdometryAndTheRangesErrorsAndWritesThemAgain) {
     }
 }
 
+TEST(LoadSite, ReadsHowFarACamerasClockMayBeOffAndWritesItAgain) {
+    const LoadedSite first = parse_site(with(good, "    size: [640, 480]", "    size: [640, 480]\n    time_offset_sigma: 0.05"), "/somewhere");
+    for (const auto& p : first.problems) EXPECT_FALSE(p.fatal) << p.message;
+    EXPECT_EQ(first.site.cameras[0].time_offset_sigma, 0.05);
+    EXPECT_EQ(first.site.cameras[1].time_offset_sigma, 0);
+    EXPECT_EQ(parse_site(site_text(first.site), "/somewhere").site.cameras[0].time_offset_sigma, 0.05);
+    EXPECT_TRUE(
+        problem_with(parse_site(with(good, "    size: [640, 480]", "    size: [640, 480]\n    time_offset_sigma: -1"), "/somewhere"), "time_offset_sigma"));
+}
+
 TEST(LoadSite, RefusesAnUnknownDriveAndOdometryOfMany) {
     const LoadedSite drive = parse_site(with(good, "r1: {shape: box,", "r1: {drive: legs, shape: box,"), "/somewhere");
     EXPECT_TRUE(problem_with(drive, "must be differential, holonomic or unknown, not 'legs'"));

@@ -53,7 +53,8 @@ WheelModel random_wheels(Random& random) {
 std::array<WheelSimulator, 2> wheels_of(const std::array<Passage, 2>& ways, Random& random) {
     const auto wheels = [&](const Passage& way) {
         const WheelModel model = random_wheels(random);
-        return WheelSimulator(model, [way](double t) { return way.at(t); }, random.bits());
+        return WheelSimulator(
+            model, [way](double t) { return way.at(t); }, random.bits());
     };
     WheelSimulator first = wheels(ways[0]);
     return {first, wheels(ways[1])};
