@@ -42,6 +42,7 @@ Information information_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& j
 
 std::vector<PairCovariance> knot_covariances(const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian, std::size_t knots) {
     const Information info = information_of(jacobian, knots);
+    const bool bordered = info.common.rows() > 0;
     const auto block = [](std::size_t k) { return static_cast<Eigen::Index>(6 * k); };
     // Forwards: each knot's information, those before it taken out.
     std::vector<Eigen::LLT<Matrix6d>> pivot(knots);
@@ -51,7 +52,7 @@ std::vector<PairCovariance> knot_covariances(const Eigen::SparseMatrix<double, E
         Matrix6d own = info.own[k];
         if (k > 0) {
             own -= info.to_next[k - 1].transpose() * follow[k - 1];
-            solved.middleRows<6>(block(k)) -= follow[k - 1].transpose() * solved.middleRows<6>(block(k - 1));
+            if (bordered) solved.middleRows<6>(block(k)) -= follow[k - 1].transpose() * solved.middleRows<6>(block(k - 1));
         }
         pivot[k].compute(own);
         if (pivot[k].info() != Eigen::Success) return {};
@@ -60,16 +61,18 @@ std::vector<PairCovariance> knot_covariances(const Eigen::SparseMatrix<double, E
     // Backwards: covariances without the border's part, and T^-1 B.
     std::vector<Matrix6d> own(knots), with_next(knots - 1);
     for (std::size_t k = knots; k-- > 0;) {
-        auto rows = solved.middleRows<6>(block(k));
-        rows = pivot[k].solve(rows).eval();
         own[k] = pivot[k].solve(Matrix6d::Identity());
+        if (bordered) {
+            auto rows = solved.middleRows<6>(block(k));
+            rows = pivot[k].solve(rows).eval();
+            if (k + 1 < knots) rows -= follow[k] * solved.middleRows<6>(block(k + 1));
+        }
         if (k + 1 == knots) continue;
-        rows -= follow[k] * solved.middleRows<6>(block(k + 1));
         with_next[k] = -follow[k] * own[k + 1];
         own[k] += follow[k] * own[k + 1] * follow[k].transpose();
     }
     Eigen::MatrixXd common_covariance;
-    if (info.common.rows() > 0) {
+    if (bordered) {
         const Eigen::LLT<Eigen::MatrixXd> schur(info.common - info.border.transpose() * solved);
         if (schur.info() != Eigen::Success) return {};
         common_covariance = schur.solve(Eigen::MatrixXd::Identity(info.common.rows(), info.common.cols()));
@@ -77,7 +80,7 @@ std::vector<PairCovariance> knot_covariances(const Eigen::SparseMatrix<double, E
     std::vector<PairCovariance> pairs(knots - 1);
     for (std::size_t k = 0; k + 1 < knots; ++k) {
         pairs[k] << own[k], with_next[k], with_next[k].transpose(), own[k + 1];
-        if (info.common.rows() == 0) continue;
+        if (!bordered) continue;
         const auto rows = solved.middleRows<12>(block(k));
         pairs[k] += rows * common_covariance * rows.transpose();
     }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <tuple>
 
 #include "roomfix/smooth/knot_covariance.hpp"
 #include "roomfix/smooth/residual_series.hpp"
@@ -64,7 +65,7 @@ public:
 
     /// How much larger than stated, or longer lasting, what is left over of each source is.
     SourceNoise left_over() {
-        std::map<std::pair<int, int>, ResidualSeries> series;  // of each source, and thing that it sees
+        std::map<std::tuple<int, int, int>, ResidualSeries> series;  // of each source, thing that it sees, and number of residuals
         std::vector<double> residual;
         for (const Block& block : blocks_) {
             residual.resize(static_cast<std::size_t>(block.dimensions));
@@ -72,10 +73,10 @@ public:
             if (!problem_.EvaluateResidualBlock(block.id, false, &cost, residual.data(), nullptr)) continue;
             const double squared = 2 * cost;
             if (squared > task_.models.settings.gate + 2 * block.dimensions) continue;
-            series[{block.source, block.thing}].add(block.time, residual);
+            series[{block.source, block.thing, block.dimensions}].add(block.time, residual);
         }
         std::map<int, std::vector<const ResidualSeries*>> of_source;
-        for (const auto& [key, one] : series) of_source[key.first].push_back(&one);
+        for (const auto& [key, one] : series) of_source[std::get<0>(key)].push_back(&one);
         SourceNoise noise;
         for (const auto& [source, all] : of_source) noise[source] = variance_factor(all);
         return noise;
