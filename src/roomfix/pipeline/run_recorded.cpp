@@ -46,7 +46,7 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
             counts[camera].dropped += late;
             if (!late) looked_at.push_back({camera, taken.back().image, taken.back().time});
         }
-        const auto fed = feed(looked_at, pool);
+        auto fed = feed(looked_at, pool);
         if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will
         for (const std::size_t camera : round) count_dropped(camera, counts[camera]);
         pool.run(static_cast<int>(round.size()), [&](int job) { frames.advance(round[static_cast<std::size_t>(job)]); });

@@ -343,7 +343,7 @@ Result<void> SiteRunner::run_sources(std::vector<std::unique_ptr<FrameSource>> s
     for (std::size_t i = 0; i < sources.size(); ++i) {
         if (sources[i]->live()) threads.emplace_back([this, i, &sources, &stop] { run_live(i, *sources[i], stop); });
     }
-    const auto done = run_recorded(sources, settings, stop, progress);
+    auto done = run_recorded(sources, settings, stop, progress);
     for (auto& thread : threads) thread.join();
     return done;
 }

@@ -100,8 +100,7 @@ MeasuredTerm normal_term(typename NormalTerm<Rows>::Model model, const KnotWeigh
     MeasuredTerm term;
     term.slow = slow_states_of(prepared);
     // Out of sight from where the trajectory is now: it cannot be what was seen.
-    Belief at = prepared;
-    if (const auto tried = model(at); tried && Eigen::LLT<Eigen::Matrix<double, Rows, Rows>>(tried->noise).info() == Eigen::Success) {
+    if (const auto tried = model(prepared); tried && Eigen::LLT<Eigen::Matrix<double, Rows, Rows>>(tried->noise).info() == Eigen::Success) {
         term.cost = std::make_unique<NormalTerm<Rows>>(std::move(model), weights, term.slow);
     }
     term.dimensions = Rows;
