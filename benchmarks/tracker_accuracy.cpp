@@ -1,6 +1,7 @@
 // The tracker's consistency at full length: 200 drives for each set of senses.
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <cstdlib>
 
 #include "roomfix/evaluate/identity_experiment.hpp"
@@ -8,6 +9,7 @@
 
 int main(int argc, char** argv) {
     using namespace roomfix;
+    std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // it takes long: each line as it comes, into a file, too
     const CrossingResult with = simulate_crossings(100, true, 1);
     const CrossingResult without = simulate_crossings(100, false, 1);
     for (const auto& [name, r] : {std::pair{"with", with}, std::pair{"without", without}}) {
