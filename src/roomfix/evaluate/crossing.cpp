@@ -29,11 +29,17 @@ std::vector<SiteRobot> like_robots(bool odometry) {
 }
 
 Pose2 Passage::at(double time) const {
+    constexpr double acceleration = 1.5;  // m/s^2
     const double forward = side < 0 ? 0 : std::numbers::pi;
-    if (!turns_back || time < meet) return {side * speed * (meet - time), lane, forward};
+    if (!turns_back) return {side * speed * (meet - time), lane, forward};
+    // From the middle at rest: the same way out as, backwards in time, in.
+    const auto way = [&](double seconds) {
+        const double ramp = speed / acceleration;
+        return seconds < ramp ? 0.5 * acceleration * seconds * seconds : speed * (seconds - 0.5 * ramp);
+    };
+    if (time < meet) return {side * way(meet - time), lane, forward};
     const double turning = std::min(time - meet, 1.0);
-    const double way = speed * std::max(time - meet - 1, 0.0);
-    return {side * way, lane, wrap_angle(forward + std::numbers::pi * turning)};
+    return {side * way(std::max(time - meet - 1, 0.0)), lane, wrap_angle(forward + std::numbers::pi * turning)};
 }
 
 std::array<Passage, 2> random_passages(double half, Random& random) {
