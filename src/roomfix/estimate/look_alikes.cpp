@@ -29,6 +29,16 @@ double distance(const Track& track, const PoseObservation& observation, const Tr
     return off.dot(spread.inverse() * off);
 }
 
+constexpr double most_vague = 15;  // of the cost of a vague guess
+
+/// What a vague guess costs beside a sharp one: twice the logarithm of how much wider it is. Without it a lost robot, which may be anywhere, would
+/// take the sighting of one that is known to be there.
+double vagueness(const Track& track, const PoseObservation& observation) {
+    const Eigen::Matrix2d seen = observation.covariance.topLeftCorner<2, 2>();
+    const Eigen::Matrix2d spread = track.belief.best().covariance.topLeftCorner<2, 2>() + seen;
+    return std::clamp(std::log(spread.determinant() / (16 * seen.determinant())), 0.0, most_vague);
+}
+
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
 std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSighting& frame, const TrackingModels& models) {
     std::vector<PossiblePair> pairs;
@@ -47,7 +57,9 @@ std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSigh
         const auto begin = std::lower_bound(order.begin(), order.end(), belief.mean[0] - reach, [&](int i, double x) { return x_of(i) < x; });
         for (auto i = begin; i != order.end() && x_of(*i) <= belief.mean[0] + reach; ++i) {
             const double d = distance(track, frame.robots[static_cast<std::size_t>(*i)], models);
-            if (d < models.settings.like_gate) pairs.push_back({static_cast<int>(t), *i, d});
+            if (d >= models.settings.like_gate) continue;
+            const bool many = models.site.robots[static_cast<std::size_t>(track.robot)].many;
+            pairs.push_back({static_cast<int>(t), *i, d + (many ? 0 : vagueness(track, frame.robots[static_cast<std::size_t>(*i)]))});
         }
     }
     return pairs;
@@ -220,7 +232,7 @@ void take_frame(GroupState& state, const GroupSighting& frame, const Event& even
         Account& account = state.accounts[s];
         drop_lost(account, event.time, models);
         const auto pairs = possible_pairs(account, frame, models);
-        const double alone = models.settings.like_gate;
+        const double alone = models.settings.like_gate + (group.many ? 0 : most_vague);
         const std::vector<int> column_of = assign(static_cast<int>(account.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
         if (!group.many) {
             for (const auto& other : close_exchanges(account, column_of, pairs, alone)) {
