@@ -96,7 +96,7 @@ int demo(const Arguments& arguments) {
     const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
     std::vector<Solid> solids;
     std::vector<LumaImage> frames(renderers.size() + up_renderers.size() + eye_renderers.size());  // fixed, looking up, looking for corners
-    WorkerPool pool(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    WorkerPool pool(hardware_threads());
     room.measure_latency();
     double heard_until = 0;
     std::vector<std::pair<int, WheelSimulator>> wheels;

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <thread>
 
 #include "commands.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -39,7 +38,7 @@ void add_replay(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("replay", "the pipeline over a recorded session: the same input gives the same fixes, byte for byte");
     auto arguments = std::make_shared<Arguments>();
     arguments->run.run.speed = 0;
-    arguments->run.run.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    arguments->run.run.threads = hardware_threads();
     arguments->run.fixes = "-";
     arguments->run.page = false;
     command->add_option("SESSION", arguments->session, "session folder")->required();

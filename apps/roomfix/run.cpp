@@ -1,5 +1,4 @@
 #include <memory>
-#include <thread>
 
 #include "commands.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -31,7 +30,7 @@ void add_run(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("run", "opens a site's sources, finds its robots, serves the page");
     auto arguments = std::make_shared<Arguments>();
     arguments->options.run.on_time = true;
-    arguments->options.run.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    arguments->options.run.threads = hardware_threads();
     command->add_option("SITE", arguments->site, "site file")->required();
     command->add_option("--fixes", arguments->options.fixes, "file for the fixes, one JSON object per line; - for stdout");
     command->add_option("--background", arguments->options.background, "pictures, folders or videos to learn the background from, for all cameras");

@@ -1,6 +1,7 @@
 // Threads that share out numbered jobs.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -9,6 +10,9 @@
 #include <vector>
 
 namespace roomfix {
+
+/// As many as this machine runs at once, at least 1.
+inline int hardware_threads() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
 class WorkerPool {
 public:

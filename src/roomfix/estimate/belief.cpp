@@ -67,6 +67,12 @@ int ensure_slow(Belief& belief, const SlowState& state) {
     return index;
 }
 
+double worst_sigma(const Eigen::Matrix2d& covariance) {
+    const double mean = 0.5 * covariance.trace();
+    const double half = std::sqrt(std::max(mean * mean - covariance.determinant(), 0.0));
+    return std::sqrt(mean + half);
+}
+
 void forget_slow(Belief& belief, double seconds) {
     for (int i = core_states; i < belief.size; ++i) {
         const SlowState& slow = belief.slow[static_cast<std::size_t>(i - core_states)];

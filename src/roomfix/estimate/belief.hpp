@@ -70,6 +70,9 @@ struct Belief {
     bool yaw_known() const { return covariance(state_yaw, state_yaw) < 0.5 * 0.5; }
 };
 
+/// Standard deviation of a place in its worst direction, m.
+double worst_sigma(const Eigen::Matrix2d& covariance);
+
 /// Variance of a yaw that nobody knows, rad^2: of the uniform distribution over a turn.
 constexpr double unknown_yaw_variance = std::numbers::pi * std::numbers::pi / 3;
 

@@ -44,10 +44,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     for (int i = 0; i < 3; ++i) {
         column.head<3>().setZero();
         column.tail<2>() = -by_move * corner_from_map.col(i) * corner.sigma;
-        const auto slow = find_slow(belief, SlowKind::corner_place, number, i);
-        if (!slow) l.noise += column * column.transpose();
-        if (!slow) continue;
-        l.depends_on_slow(belief, *slow, column);
+        l.depends_on_error(belief, SlowKind::corner_place, number, i, column);
     }
     Eigen::Matrix<double, 5, 6> by_mount = Eigen::Matrix<double, 5, 6>::Zero();
     by_mount.bottomLeftCorner<2, 3>() = by_move * corner_from_robot;

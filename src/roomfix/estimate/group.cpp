@@ -25,12 +25,6 @@ Track& track_of(Account& account, int robot, const Group& group) {
     return account.tracks.back();
 }
 
-double worst_sigma(const Eigen::Matrix2d& covariance) {
-    const double mean = 0.5 * covariance.trace();
-    const double half = std::sqrt(std::max(mean * mean - covariance.determinant(), 0.0));
-    return std::sqrt(mean + half);
-}
-
 /// Yaw of a robot that shows none: where it drives, unless it drives any way.
 void course_as_yaw(const Belief& belief, bool any_way, Fix& fix) {
     const Eigen::Vector2d velocity = belief.mean.segment<2>(state_vx);

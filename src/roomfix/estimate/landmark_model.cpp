@@ -49,10 +49,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
     for (int i = 0; i < 3; ++i) {
         const Eigen::Matrix<double, 2 * Points, 1> column = landmark.sigma * by_place.col(i);
-        const auto slow = find_slow(belief, SlowKind::landmark_place, landmark.number, i);
-        if (!slow) l.noise += column * column.transpose();
-        if (!slow) continue;
-        l.depends_on_slow(belief, *slow, column);
+        l.depends_on_error(belief, SlowKind::landmark_place, landmark.number, i, column);
     }
     for (int i = 0; i < 6; ++i) {
         const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);

@@ -26,11 +26,7 @@ std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
     for (int i = 0; i < 6; ++i) {
         const Eigen::Matrix<double, 8, 1> column = by_view * source.root.col(i);
-        if (const auto slow = find_slow(belief, SlowKind::calibration, source.source, i)) {
-            l.depends_on_slow(belief, *slow, column);
-        } else {
-            l.noise += column * column.transpose();
-        }
+        l.depends_on_error(belief, SlowKind::calibration, source.source, i, column);
     }
     return l;
 }

@@ -28,6 +28,14 @@ struct Linearised {
         depends(state, derivative);
         residual -= derivative * belief.mean[state];
     }
+    /// An error of unit variance: a slow state where the belief has one for it, noise otherwise.
+    void depends_on_error(const Belief& belief, SlowKind kind, int source, int component, const Eigen::Matrix<double, Rows, 1>& derivative) {
+        if (const auto slow = find_slow(belief, kind, source, component)) {
+            depends_on_slow(belief, *slow, derivative);
+        } else {
+            noise += derivative * derivative.transpose();
+        }
+    }
 };
 
 /// How a measurement may be something else than what it seems.

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <thread>
 
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/evaluate/crossing.hpp"
@@ -139,7 +138,7 @@ OneCrossing cross(bool odometry, std::uint64_t seed) {
 
 CrossingResult render_crossings(int crossings, bool odometry, std::uint64_t seed, double& overlap, const std::function<void(double)>& progress) {
     std::vector<OneCrossing> all(static_cast<std::size_t>(crossings));
-    WorkerPool pool(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+    WorkerPool pool(hardware_threads());
     std::atomic<int> done{0};
     pool.run(crossings, [&](int i) {
         all[static_cast<std::size_t>(i)] = cross(odometry, mix64(seed * 104729 + static_cast<std::uint64_t>(i)));

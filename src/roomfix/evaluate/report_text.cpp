@@ -60,9 +60,7 @@ std::string escaped(const std::string& text) {
     return safe;
 }
 
-/// A sentence, or nothing where no fix states its latency.
 std::string latency_text(const Summary& latency) {
-    if (latency.count == 0) return "";
     return fmt::format("latency from frame to fix: mean {:.0f} ms, median {:.0f} ms, 95 % within {:.0f} ms, largest {:.0f} ms", 1e3 * latency.mean,
                        1e3 * latency.median, 1e3 * latency.p95, 1e3 * latency.max);
 }

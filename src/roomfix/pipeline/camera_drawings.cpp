@@ -10,8 +10,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double likely = 0.9;  // weight of a place by which a corner is named
-
 json pixel(double u, double v) { return {rounded(u, 0.1), rounded(v, 0.1)}; }
 
 }  // namespace

@@ -5,12 +5,6 @@
 #include "roomfix/overhead/robot_tag.hpp"
 
 namespace roomfix {
-namespace {
-
-constexpr double likely = 0.9;  // weight of a place that is believed
-
-}  // namespace
-
 Result<std::unique_ptr<CameraPost>> CameraPost::create(const Site& site, const SiteCamera& camera) {
     std::unique_ptr<CameraPost> post(new CameraPost(camera, site.robots));
     if (const auto* height = std::get_if<KnownHeight>(&camera.placement); height && (site.corners.empty() || height->robot.empty())) {

@@ -15,6 +15,8 @@
 
 namespace roomfix {
 
+constexpr double likely = 0.9;  // weight of a place that is believed, and of a corner that is named
+
 /// What is known before a frame is looked at.
 struct FrameHints {
     std::vector<char> elsewhere;              // of each robot: 1 if it surely is where a fixed camera does not see it

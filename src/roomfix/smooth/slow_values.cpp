@@ -63,13 +63,14 @@ double* SlowValues::in_chain(const Key& key, double stretch, double sigma, doubl
         chain.values.push_back(std::make_unique<double>(0.0));
         double* value = chain.values.back().get();
         all_.push_back(value);
-        if (const double* known = earlier_value(key, chain.first + static_cast<long>(chain.values.size()) - 1)) *value = *known;
+        const double* known = earlier_value(key, chain.first + static_cast<long>(chain.values.size()) - 1);
+        if (known != nullptr) *value = *known;
         if (chain.values.size() == 1) {
             problem_.AddResidualBlock(new Prior(sigma), nullptr, value);
             continue;
         }
         double* before = chain.values[chain.values.size() - 2].get();
-        if (*value == 0) *value = keep * *before;
+        if (known == nullptr) *value = keep * *before;
         problem_.AddResidualBlock(new Tie(keep, step_sigma), nullptr, before, value);
     }
     return chain.values[static_cast<std::size_t>(std::max(number - chain.first, 0L))].get();

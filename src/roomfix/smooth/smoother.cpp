@@ -183,17 +183,12 @@ std::vector<Nanoseconds> moments(int robot, std::size_t group, const std::vector
     return times;
 }
 
-double worst_variance(const Eigen::Matrix3d& covariance) {
-    const double mean = 0.5 * covariance.topLeftCorner<2, 2>().trace();
-    return mean + std::sqrt(std::max(mean * mean - covariance.topLeftCorner<2, 2>().determinant(), 0.0));
-}
-
 /// The fix as the smoothed trajectory has it.
 void correct(Fix& fix, const Stretch& stretch, const Task& task) {
     const Trajectory& way = stretch.trajectory;
     const std::size_t k = way.knot_before(fix.time);
-    const double part = way.part_at(fix.time);
-    const KnotWeights weights = way.weights_at(fix.time);
+    const double part = way.part_in(k, fix.time);
+    const KnotWeights weights = way.weights_in(k, fix.time);
     Eigen::Matrix<double, 3, 12> by_pair;
     for (int i = 0; i < 4; ++i) by_pair.middleCols<3>(3 * i) = weights(0, i) * Eigen::Matrix3d::Identity();
     Eigen::Matrix3d covariance = by_pair * stretch.pairs[k] * by_pair.transpose();
@@ -202,9 +197,9 @@ void correct(Fix& fix, const Stretch& stretch, const Task& task) {
     const MotionModel& motion = task.models.motion[robot];
     const double swing = std::pow(part * (1 - part) * way.seconds_after(k), 3) / 3;
     covariance.diagonal() += swing * Eigen::Vector3d(motion.acceleration, motion.acceleration, motion.turning).cwiseAbs2();
-    const bool known = worst_variance(covariance) < task.models.settings.lost * task.models.settings.lost;
+    const bool known = worst_sigma(covariance.topLeftCorner<2, 2>()) < task.models.settings.lost;
     if (fix.status == FixStatus::none && !known) return;
-    const Knot at = way.at(fix.time);
+    const Knot at = between(way.knots[k], way.knots[k + 1], weights);
     fix.pose = {at[0], at[1], wrap_angle(at[2])};
     fix.covariance = 0.5 * (covariance + covariance.transpose());
     fix.nis.clear();

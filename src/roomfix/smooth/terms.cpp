@@ -309,7 +309,8 @@ struct Loose {
 }  // namespace
 
 MeasuredTerm measured_term(const Measured& measured, int robot, const Trajectory& trajectory, const TrackingModels& models) {
-    const TermMaker make{measured.source, robot, models, trajectory.weights_at(measured.time), trajectory.at(measured.time)};
+    const TermMaker make{measured.source, robot, models, trajectory.weights_in(trajectory.knot_before(measured.time), measured.time),
+                         trajectory.at(measured.time)};
     return std::visit(make, measured.what);
 }
 

@@ -33,16 +33,13 @@ std::size_t Trajectory::knot_before(Nanoseconds time) const {
     return std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - times.begin() - 1, 0)), knots.size() - 2);
 }
 
-double Trajectory::part_at(Nanoseconds time) const {
-    const std::size_t k = knot_before(time);
-    return to_seconds(time - times[k]) / seconds_after(k);
-}
+double Trajectory::part_in(std::size_t knot, Nanoseconds time) const { return to_seconds(time - times[knot]) / seconds_after(knot); }
 
-KnotWeights Trajectory::weights_at(Nanoseconds time) const { return knot_weights(part_at(time), seconds_after(knot_before(time))); }
+KnotWeights Trajectory::weights_in(std::size_t knot, Nanoseconds time) const { return knot_weights(part_in(knot, time), seconds_after(knot)); }
 
 Knot Trajectory::at(Nanoseconds time) const {
     const std::size_t k = knot_before(time);
-    return between(knots[k], knots[k + 1], weights_at(time));
+    return between(knots[k], knots[k + 1], weights_in(k, time));
 }
 
 Trajectory Trajectory::part(Nanoseconds from, Nanoseconds to) const {

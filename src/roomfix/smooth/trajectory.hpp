@@ -32,8 +32,9 @@ struct Trajectory {
     /// The knot before a time that is covered, never the last one.
     std::size_t knot_before(Nanoseconds time) const;
     double seconds_after(std::size_t knot) const { return to_seconds(times[knot + 1] - times[knot]); }
-    double part_at(Nanoseconds time) const;
-    KnotWeights weights_at(Nanoseconds time) const;
+    /// Of a time between a knot and the next: 0..1, and how the state there follows from both.
+    double part_in(std::size_t knot, Nanoseconds time) const;
+    KnotWeights weights_in(std::size_t knot, Nanoseconds time) const;
     Knot at(Nanoseconds time) const;
     /// The knots from the last not after `from` to the first not before `to`.
     Trajectory part(Nanoseconds from, Nanoseconds to) const;
