@@ -7,13 +7,16 @@
 
 #include "commands.hpp"
 #include "roomfix/evaluate/error_report.hpp"
+#include "roomfix/evaluate/tracking_bound.hpp"
+#include "roomfix/site/load_site.hpp"
+#include "run_site.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
 namespace {
 
 struct Arguments {
-    std::string fixes, truth, report, json, tum;
+    std::string fixes, truth, report, json, tum, session;
     double symmetry_deg = 0;
 };
 
@@ -40,6 +43,21 @@ bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, c
     return true;
 }
 
+/// What the best tracker could have made of the session: its sources are observed again.
+Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth) {
+    const auto site = load_site(std::filesystem::is_directory(session) ? session / "site.yaml" : session);
+    if (!site) return site.error();
+    auto runner = SiteRunner::create(*site);
+    if (!runner) return runner.error();
+    if (auto learned = learn_backgrounds(**runner, *site, {}); !learned) return learned.error();
+    (*runner)->keep_for_smoothing();
+    RunSettings settings;
+    settings.speed = 0;
+    settings.threads = hardware_threads();
+    if (auto ran = (*runner)->run_sources(settings, stop_requested(), progress_bar("observing again")); !ran) return ran.error();
+    return tracking_bounds((*runner)->tracker(), fixes, truth, progress_bar("finding the bound"));
+}
+
 int evaluate(const Arguments& arguments) {
     const auto recorded = load_fixes(arguments.fixes);
     const auto truth = load_truth(arguments.truth);
@@ -49,7 +67,16 @@ int evaluate(const Arguments& arguments) {
         return bad_input;
     }
     for (const std::string& problem : recorded->problems) say(arguments.fixes + ", " + problem);
-    const ErrorReport report = judge(*recorded, *truth, {radians(arguments.symmetry_deg)});
+    std::vector<std::optional<Eigen::Matrix3d>> bounds;
+    if (!arguments.session.empty()) {
+        auto found = bounds_in(arguments.session, recorded->fixes, *truth);
+        if (!found) {
+            complain(found.error().message);
+            return bad_input;
+        }
+        bounds = std::move(*found);
+    }
+    const ErrorReport report = judge(*recorded, *truth, {radians(arguments.symmetry_deg)}, bounds);
     if (report.fixes.empty()) {
         complain("no fix has a true pose beside it: are both of the same session, with the same clock and the same names of robots?");
         return bad_input;
@@ -72,6 +99,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
     auto arguments = std::make_shared<Arguments>();
     command->add_option("FIXES", arguments->fixes, "file of fixes, as 'run' and 'replay' write it")->required();
     command->add_option("--truth", arguments->truth, "CSV with time,robot,x,y,yaw")->required();
+    command->add_option("--session", arguments->session, "session folder of the fixes: says how far they are from the best that its sources allow");
     command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
     command->add_option("--json", arguments->json, "the same figures as JSON");
     command->add_option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");

@@ -8,14 +8,12 @@
 #include "terminal.hpp"
 
 namespace roomfix {
-namespace {
 
-/// A camera's background from --background, or from the site file. Without either it is learned while running.
-Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const RunOptions& options) {
+Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::vector<std::string>& for_all) {
     for (std::size_t i = 0; i < runner.cameras(); ++i) {
         const SiteCamera& camera = runner.camera(i);
         if (!runner.is_fixed(i)) continue;
-        std::vector<std::string> sources = options.background;
+        std::vector<std::string> sources = for_all;
         if (sources.empty() && !camera.background.empty()) sources = {resolved_path(site, camera.background)};
         if (sources.empty()) {
             say(fmt::format("camera {}: no background given; learning it while running", camera.id));
@@ -28,8 +26,6 @@ Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const RunOp
     return {};
 }
 
-}  // namespace
-
 int run_site(const Site& site, const RunOptions& options) {
     auto runner = SiteRunner::create(site);
     if (!runner) {
@@ -41,7 +37,7 @@ int run_site(const Site& site, const RunOptions& options) {
         complain(error.message);
         return bad_input;
     };
-    if (auto learned = learn_backgrounds(room, site, options); !learned) return give_up(learned.error());
+    if (auto learned = learn_backgrounds(room, site, options.background); !learned) return give_up(learned.error());
     if (options.smooth) room.keep_for_smoothing();
     std::string fixes = options.fixes;
     if (fixes.empty() && !site.outputs.jsonl.empty()) fixes = resolved_path(site, site.outputs.jsonl);

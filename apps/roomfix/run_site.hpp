@@ -19,6 +19,9 @@ struct RunOptions {
     std::vector<std::string> background;     // for all cameras; empty: as the site file says
 };
 
+/// A camera's background from `for_all`, or from the site file. Without either it is learned while running.
+Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::vector<std::string>& for_all);
+
 /// Says on stderr what goes on, and returns the exit code.
 int run_site(const Site& site, const RunOptions& options);
 

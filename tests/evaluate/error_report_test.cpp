@@ -47,6 +47,25 @@ TEST(ErrorReport, HonestFixesHaveANeesOfOneAndTheirOwnRmse) {
     EXPECT_EQ(report.identity_switches, 0);
 }
 
+TEST(ErrorReport, SetsErrorsBesideTheBoundWhereItIsKnown) {
+    Random random(2);
+    RecordedFixes recorded;
+    std::vector<std::optional<Eigen::Matrix3d>> bounds;
+    for (int i = 0; i < 2000; ++i) {
+        const double t = 0.01 * i;
+        recorded.fixes.push_back(fix_at(t, "r1", t + random.normal(0.02), random.normal(0.02), 0, 0.02));
+        bounds.emplace_back();
+        if (i >= 1000) bounds.back() = 1e-4 * Eigen::Matrix3d::Identity();
+    }
+    const ErrorReport report = judge(recorded, two_robots(), {}, bounds);
+    EXPECT_NEAR(report.all.bound, 0.01 * std::numbers::sqrt2, 1e-9);
+    EXPECT_NEAR(report.all.over_bound, 2, 0.15);
+    EXPECT_NE(text_of(report).find("rmse/bound"), std::string::npos);
+    EXPECT_NE(json_of(report).find("rmse_over_bound"), std::string::npos);
+    EXPECT_NE(html_of(report, "t").find("rmse / bound"), std::string::npos);
+    EXPECT_EQ(text_of(judge(recorded, two_robots())).find("bound"), std::string::npos);
+}
+
 TEST(ErrorReport, SumsUpTheLatencyOfFixesThatStateOne) {
     std::string lines;
     for (int i = 1; i <= 100; ++i) {
@@ -59,10 +78,10 @@ TEST(ErrorReport, SumsUpTheLatencyOfFixesThatStateOne) {
     EXPECT_EQ(report.latency.count, 50U);
     EXPECT_NEAR(report.latency.mean, 0.051, 1e-9);
     EXPECT_NEAR(report.latency.max, 0.1, 1e-9);
-    EXPECT_NE(text_of(report).find("latency from frame to fix: mean 51 ms"), std::string::npos);
+    EXPECT_NE(text_of(report).find("Latency from frame to fix: mean 51 ms"), std::string::npos);
     EXPECT_NE(json_of(report).find("\"latency\""), std::string::npos);
     EXPECT_NE(html_of(report, "t").find("Latency from frame to fix"), std::string::npos);
-    EXPECT_EQ(text_of(judge({}, two_robots())).find("latency"), std::string::npos);
+    EXPECT_EQ(text_of(judge({}, two_robots())).find("Latency"), std::string::npos);
 }
 
 TEST(ErrorReport, CountsANameThatMovesToAnotherRobotAndWhetherThatWasFlagged) {

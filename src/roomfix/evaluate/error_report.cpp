@@ -57,7 +57,8 @@ ErrorTable table_of(const std::string& name, const std::vector<const JudgedFix*>
     std::vector<double> position, yaw;
     NormalisedSquares nees;
     std::string robot;
-    double stated = 0;
+    double stated = 0, bounds = 0, bounded_squares = 0;
+    int bounded = 0;
     for (const JudgedFix* f : fixes) {
         position.push_back(f->error.head<2>().norm());
         if (f->yaw_known) yaw.push_back(std::abs(f->error.z()));
@@ -65,11 +66,19 @@ ErrorTable table_of(const std::string& name, const std::vector<const JudgedFix*>
         robot = f->robot;
         nees.add(f->time, f->nees, f->dimensions);
         stated += f->covariance.topLeftCorner<2, 2>().trace();
+        if (!f->bound) continue;
+        ++bounded;
+        bounds += *f->bound * *f->bound;
+        bounded_squares += f->error.head<2>().squaredNorm();
     }
     table.position = summarise(position);
     table.yaw = summarise(yaw);
     table.nees = nees.result();
     table.stated_sigma = fixes.empty() ? 0 : std::sqrt(stated / static_cast<double>(fixes.size()));
+    if (bounded > 0) {
+        table.bound = std::sqrt(bounds / bounded);
+        table.over_bound = std::sqrt(bounded_squares / bounds);
+    }
     return table;
 }
 
@@ -184,7 +193,7 @@ void count_switches(const RecordedFixes& recorded, const Truth& truth, double ap
 
 }  // namespace
 
-ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options) {
+ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options, const std::vector<std::optional<Eigen::Matrix3d>>& bounds) {
     ErrorReport report;
     std::set<std::string> unknown;
     std::vector<std::string> truly;
@@ -201,6 +210,8 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
         const auto pose = pose_at(truth.at(robot), fix.time);
         if (!pose) continue;
         report.fixes.push_back(judged(fix, *pose, options.symmetry));
+        const auto number = static_cast<std::size_t>(&fix - recorded.fixes.data());
+        if (number < bounds.size() && bounds[number]) report.fixes.back().bound = std::sqrt(bounds[number]->topLeftCorner<2, 2>().trace());
         truly.push_back(robot);
         coasting += fix.status == FixStatus::coasting;
         if (fix.latency) latencies.push_back(*fix.latency);

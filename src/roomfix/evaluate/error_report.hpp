@@ -1,6 +1,7 @@
 // Fixes beside the truth: how far off, how often, how honest.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct JudgedFix {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     double nees = 0;  // of x, y, and of yaw where it is known
     int dimensions = 3;
+    std::optional<double> bound;  // m: root of the trace of the bound of x and y
 };
 
 /// A mean of normalised squares beside what truthful covariances give.
@@ -36,6 +38,8 @@ struct ErrorTable {
     Summary yaw;       // rad, of fixes with a yaw
     Consistency nees;
     double stated_sigma = 0;  // m: rms of what the covariances say of the place
+    double bound = 0;         // m: rms of what any tracker could reach with the same observations; 0: not known
+    double over_bound = 0;    // rmse over the bound, of the fixes that have one; 1 is the best there can be
 };
 
 struct ErrorReport {
@@ -59,8 +63,10 @@ struct ReportOptions {
     double apart = 0.5;   // m: a fix so near to another robot and farther from its own has the wrong name
 };
 
-/// Robots of which there are many ("cart-3") are compared with the nearest of that kind.
-ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options = {});
+/// Robots of which there are many ("cart-3") are compared with the nearest of that kind. `bounds`: of each fix, as `tracking_bounds` finds
+/// them; may be empty.
+ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options = {},
+                  const std::vector<std::optional<Eigen::Matrix3d>>& bounds = {});
 
 /// For the terminal.
 std::string text_of(const ErrorReport& report);

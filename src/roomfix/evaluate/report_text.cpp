@@ -19,10 +19,10 @@ constexpr std::size_t most_points = 1500;  // of one curve: a screen shows no mo
 double millimetres(double m) { return 1e3 * m; }
 
 std::string row(const ErrorTable& t) {
-    return fmt::format("{:24} {:7} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f}   {:7.2f} {:7.2f}   {:6.2f} {:>11} {:8.1f}\n", t.name, t.position.count,
+    return fmt::format("{:24} {:7} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f}   {:7.2f} {:7.2f}   {:6.2f} {:>11} {:8.1f}{}\n", t.name, t.position.count,
                        millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median), millimetres(t.position.p95),
                        millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), t.nees.mean, fmt::format("{:.2f}-{:.2f}", t.nees.low, t.nees.high),
-                       millimetres(t.stated_sigma));
+                       millimetres(t.stated_sigma), t.bound > 0 ? fmt::format(" {:8.1f} {:10.2f}", millimetres(t.bound), t.over_bound) : "");
 }
 
 json summary_json(const Summary& s) { return {{"count", s.count}, {"rmse", s.rms}, {"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}}; }
@@ -30,11 +30,13 @@ json summary_json(const Summary& s) { return {{"count", s.count}, {"rmse", s.rms
 json consistency_json(const Consistency& c) { return {{"mean", c.mean}, {"band", {c.low, c.high}}, {"independent", c.independent}}; }
 
 json table_json(const ErrorTable& t) {
-    return {{"name", t.name},
-            {"position", summary_json(t.position)},
-            {"yaw", summary_json(t.yaw)},
-            {"nees", consistency_json(t.nees)},
-            {"stated_sigma", t.stated_sigma}};
+    json j = {{"name", t.name},
+              {"position", summary_json(t.position)},
+              {"yaw", summary_json(t.yaw)},
+              {"nees", consistency_json(t.nees)},
+              {"stated_sigma", t.stated_sigma}};
+    if (t.bound > 0) j["bound"] = {{"sigma", t.bound}, {"rmse_over_bound", t.over_bound}};
+    return j;
 }
 
 std::string escaped(const std::string& text) {
@@ -61,7 +63,7 @@ std::string escaped(const std::string& text) {
 }
 
 std::string latency_text(const Summary& latency) {
-    return fmt::format("latency from frame to fix: mean {:.0f} ms, median {:.0f} ms, 95 % within {:.0f} ms, largest {:.0f} ms", 1e3 * latency.mean,
+    return fmt::format("Latency from frame to fix: mean {:.0f} ms, median {:.0f} ms, 95 % within {:.0f} ms, largest {:.0f} ms", 1e3 * latency.mean,
                        1e3 * latency.median, 1e3 * latency.p95, 1e3 * latency.max);
 }
 
@@ -69,10 +71,10 @@ std::string html_row(const ErrorTable& t) {
     const bool honest = t.nees.mean >= t.nees.low && t.nees.mean <= t.nees.high;
     return fmt::format(
         "<tr><td>{}</td><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.2f}</td><td>{:.2f}</td>"
-        "<td class=\"{}\">{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td><td>{:.1f}</td></tr>\n",
+        "<td class=\"{}\">{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td><td>{:.1f}</td>{}</tr>\n",
         escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median),
         millimetres(t.position.p95), millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), honest ? "good" : "off", t.nees.mean, t.nees.low,
-        t.nees.high, millimetres(t.stated_sigma));
+        t.nees.high, millimetres(t.stated_sigma), t.bound > 0 ? fmt::format("<td>{:.1f}</td><td>{:.2f}</td>", millimetres(t.bound), t.over_bound) : "");
 }
 
 /// Curves of all robots; long ones are thinned, but keep the worst of each stretch.
@@ -153,8 +155,8 @@ std::string map_svg(const ErrorReport& report) {
 }  // namespace
 
 std::string text_of(const ErrorReport& report) {
-    std::string text = fmt::format("{:24} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8}   {:>7} {:>7}   {:>6} {:>11} {:>8}\n", "", "fixes", "rmse mm", "mean", "median",
-                                   "p95", "max", "yaw deg", "p95", "NEES/n", "95 % band", "stated");
+    std::string text = fmt::format("{:24} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8}   {:>7} {:>7}   {:>6} {:>11} {:>8}{}\n", "", "fixes", "rmse mm", "mean", "median",
+                                   "p95", "max", "yaw deg", "p95", "NEES/n", "95 % band", "stated", report.all.bound > 0 ? "    bound rmse/bound" : "");
     text += row(report.all);
     for (const ErrorTable& t : report.robots) text += row(t);
     text += "by source\n";
@@ -191,9 +193,12 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
     for (const ErrorTable& t : report.robots) rows += html_row(t);
     std::string source_rows;
     for (const ErrorTable& t : report.sources) source_rows += html_row(t);
+    const bool bounded = report.all.bound > 0;
     const std::string head =
-        "<tr><th></th><th>fixes</th><th>rmse mm</th><th>mean</th><th>median</th><th>p95</th><th>max</th><th>yaw rmse &deg;</th><th>yaw p95</th>"
-        "<th>NEES per dimension</th><th>95 % band</th><th>stated sigma mm</th></tr>\n";
+        std::string(
+            "<tr><th></th><th>fixes</th><th>rmse mm</th><th>mean</th><th>median</th><th>p95</th><th>max</th><th>yaw rmse &deg;</th><th>yaw p95</th>"
+            "<th>NEES per dimension</th><th>95 % band</th><th>stated sigma mm</th>") +
+        (bounded ? "<th>bound mm</th><th>rmse / bound</th>" : "") + "</tr>\n";
     std::string nis;
     for (const auto& [source, c] : report.nis) {
         nis += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td></tr>\n", escaped(source), c.mean, c.low, c.high);
@@ -209,11 +214,12 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         "Identity switches: {5}, of which {6} were flagged as doubtful. {14}</p>\n"
         "<h2>Errors</h2><table>{7}{8}</table>\n<h2>By source</h2><table>{7}{9}</table>\n{10}"
         "<p>NEES per dimension is 1 where the stated covariances are true; the band holds 95 % of such means, with fixes two seconds apart taken as "
-        "independent.</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
+        "independent.{15}</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
         "<h2>Over time</h2>{12}\n<h2>Distribution</h2>{13}\n</body></html>\n",
         escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
         report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)),
-        svg_of(distribution(report)), report.latency.count == 0 ? "" : "L" + latency_text(report.latency).substr(1) + ".");
+        svg_of(distribution(report)), report.latency.count == 0 ? "" : latency_text(report.latency) + ".",
+        bounded ? " The bound is what the best tracker could reach with the same observations and the noise that they state." : "");
 }
 
 }  // namespace roomfix

@@ -6,11 +6,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "roomfix/base/random.hpp"
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/evaluate/consistency.hpp"
+#include "roomfix/evaluate/tracking_bound.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
 namespace roomfix {
@@ -26,63 +26,6 @@ Eigen::Matrix<double, N, 1> drawn(const Eigen::Matrix<double, N, N>& covariance,
     return factor.transpositionsP().transpose() * (factor.matrixL() * z);
 }
 
-/// Fisher information of a range about the distance, 1/m^2: less than 1/sigma^2 since some are late.
-double information_of(double sigma, const LateModel& model) {
-    double information = 0;
-    const double step = sigma / 20;
-    for (double e = -8 * sigma; e < 10 * model.mean; e += step) {
-        // The density itself: in range_likelihood the late part is counted once.
-        const RangeLikelihood l = range_likelihood(e, sigma, model);
-        information += l.slope * l.slope * std::exp(l.log_density) * step;
-    }
-    return information;
-}
-
-/// The Riccati recursion at the true states: the smallest covariance that any tracker can have.
-class Bound {
-public:
-    Bound(const TrackingModels& models, const TrueMotion& motion) : models_(models), motion_(motion) {}
-
-    void start(const Pose2& pose, const Eigen::Matrix3d& covariance, double time) {
-        belief_ = belief_at(pose, covariance, models_.settings.start_speed, models_.settings.start_turning, models_.odometry[0]);
-        time_ = from_seconds(time);
-        started_ = true;
-    }
-    bool started() const { return started_; }
-    void predict_to(Nanoseconds time, double scale, double drift) {
-        while (started_ && time_ < time) {
-            const StateVector truth = motion_.at(to_seconds(time_));
-            belief_.mean.head<6>() = truth.head<6>();
-            belief_.mean[state_scale] = scale;
-            belief_.mean[state_drift] = drift;
-            const OdometryTrack::Piece piece = models_.driven[0].piece(time_, time);
-            if (piece.driven) {
-                predict(belief_, piece.step, models_.settings.odometry);
-            } else {
-                predict(belief_, to_seconds(piece.end - time_), models_.motion[0]);
-            }
-            time_ = piece.end;
-        }
-        const StateVector truth = motion_.at(to_seconds(time));
-        belief_.mean.head<6>() = truth.head<6>();
-        belief_.mean.tail<most_slow_states>().setZero();
-    }
-    template <int Rows>
-    void learn(Linearised<Rows> measured) {
-        if (!started_) return;
-        measured.residual.setZero();
-        update(belief_, measured, {0.01, std::numeric_limits<double>::infinity(), -10});
-    }
-    Belief& belief() { return belief_; }
-
-private:
-    const TrackingModels& models_;
-    const TrueMotion& motion_;
-    Belief belief_;
-    Nanoseconds time_ = 0;
-    bool started_ = false;
-};
-
 /// One drive: what is true, what is seen of it, and what the tracker makes of that.
 class Drive1 {
 public:
@@ -93,7 +36,7 @@ public:
           tracker_(site_, {}),
           models_(site_, {}),
           motion_(drive_through_hall(options.seconds, models_.motion[0], random_)),
-          bound_(models_, motion_) {
+          bound_(models_, 0, [this](Nanoseconds time) { return true_states(time); }) {
         for (int c = 0; c < 2; ++c) {
             const auto& known = std::get<KnownPose>(site_.cameras[static_cast<std::size_t>(c)].placement).map_from_camera;
             camera_error_.push_back(drawn<6>(known.covariance, random_));
@@ -107,7 +50,6 @@ public:
         const WheelOdometry& wheels = *site_.robots[0].odometry;
         scale_ = options.scale_error != 0 ? options.scale_error : random_.normal(wheels.scale_sigma);
         drift_ = options.drift_error != 0 ? options.drift_error : random_.normal(wheels.drift_sigma);
-        range_information_ = information_of(site_.robots[0].receiver->sigma, models_.settings.late);
         if (options.smoothed) tracker_.keep_history();
     }
 
@@ -143,7 +85,7 @@ public:
         s.truth = {truth[0], truth[1], wrap_angle(truth[2])};
         for (const Fix& fix : tracker_.fixes(from_seconds(t))) s.take(fix);
         if (options_.smoothed) keep_fix(t);
-        bound_.predict_to(from_seconds(t), scale_, drift_);
+        if (bound_.started()) bound_.predict_to(from_seconds(t), models_.driven[0]);
         s.bound = bound_.belief().pose_covariance();
         samples_.push_back(s);
     }
@@ -219,15 +161,21 @@ private:
         seen.pose = {at.x + error.x(), at.y + error.y(), wrap_angle(at.yaw + error.z())};
         tracker_.see(from_seconds(t), camera.id, {&seen, 1});
 
-        begin_bound(t, seen.covariance);
-        const PoseSource& source = models_.fixed.at(models_.source(camera.id));
-        add_slow_states(bound_.belief(), seen, source);
-        bound_.learn(linearise_pose(bound_.belief(), seen, source));
+        learn_for_bound({from_seconds(t), models_.source(camera.id), seen}, seen.covariance);
     }
 
-    void begin_bound(double t, const Eigen::Matrix3d& covariance) {
-        if (!bound_.started()) bound_.start(truth(t), 1e4 * covariance, t);
-        bound_.predict_to(from_seconds(t), scale_, drift_);
+    /// `covariance`: about how well the pose is known from this alone.
+    void learn_for_bound(const Measured& measured, const Eigen::Matrix3d& covariance) {
+        if (!bound_.started()) bound_.start(measured.time, 1e4 * covariance);
+        bound_.predict_to(measured.time, models_.driven[0]);
+        bound_.learn(measured);
+    }
+
+    StateVector true_states(Nanoseconds time) const {
+        StateVector states = motion_.at(to_seconds(time));
+        states[state_scale] = scale_;
+        states[state_drift] = drift_;
+        return states;
     }
 
     PlaceProposal place_near(double t, double sigma, double yaw_sigma) {
@@ -262,13 +210,9 @@ private:
         sighting.proposals.push_back(place_near(t, 0.03, 0.03));
         tracker_.see(from_seconds(t), camera.id, sighting);
 
-        begin_bound(t, sighting.proposals[0].covariance);
-        const OnboardSource& source = models_.onboard.at(models_.source("up"));
         for (std::size_t k = 0; k < which.size(); ++k) {
-            const KnownLandmark landmark = models_.landmark(static_cast<int>(which[k]));
-            add_slow_states(bound_.belief(), landmark, source);
-            const auto l = linearise_points<3>(bound_.belief(), sighting.landmarks[k], landmark, source);
-            if (l) bound_.learn(*l);
+            const SeenLandmark seen{sighting.landmarks[k], static_cast<int>(which[k])};
+            learn_for_bound({from_seconds(t), models_.source(camera.id), seen}, sighting.proposals[0].covariance);
         }
     }
 
@@ -296,10 +240,7 @@ private:
             sighting.proposals.push_back(place_near(t, 0.05, 0.03));
             tracker_.see(from_seconds(t), camera.id, sighting);
 
-            begin_bound(t, sighting.proposals[0].covariance);
-            const OnboardSource& source = models_.onboard.at(models_.source("eye"));
-            add_slow_states(bound_.belief(), static_cast<int>(i), source);
-            if (const auto l = linearise_corner(bound_.belief(), seen, corner, static_cast<int>(i), source)) bound_.learn(*l);
+            learn_for_bound({from_seconds(t), models_.source(camera.id), SeenCorner{seen, static_cast<int>(i)}}, sighting.proposals[0].covariance);
             return;
         }
     }
@@ -319,15 +260,13 @@ private:
             tracker_.propose(from_seconds(t - 0.001), "start", places);
             Eigen::Matrix3d spread = places.proposals[0].covariance;
             spread(2, 2) = unknown_yaw_variance;
-            bound_.start(truth(t), spread, t);
+            bound_.start(from_seconds(t), spread);
         }
-        tracker_.hear(RangeObservation{from_seconds(t), 0, b, range, receiver.sigma});
+        const RangeObservation heard{from_seconds(t), 0, b, range, receiver.sigma};
+        tracker_.hear(heard);
         if (!bound_.started()) return;
-        bound_.predict_to(from_seconds(t), scale_, drift_);
-        Linearised<1> l;
-        l.noise(0, 0) = 1 / range_information_;
-        for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Matrix<double, 1, 1>(exact.by_pose[i]));
-        bound_.learn(l);
+        bound_.predict_to(heard.time, models_.driven[0]);
+        bound_.learn({heard.time, models_.range_source, heard});
     }
 
     DriveOptions options_;
@@ -336,11 +275,11 @@ private:
     Tracker tracker_;
     TrackingModels models_;
     TrueMotion motion_;
-    Bound bound_;
+    TrackingBound bound_;
     std::vector<Vector6d> camera_error_;
     std::vector<Eigen::Isometry3d> mount_;
     std::vector<Eigen::Vector3d> landmark_error_, corner_error_;
-    double scale_ = 0, drift_ = 0, range_information_ = 0;
+    double scale_ = 0, drift_ = 0;
     double rolled_until_ = 0;
     Pose2 wheels_;
     double next_sample_ = 3;

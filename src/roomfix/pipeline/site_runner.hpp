@@ -55,7 +55,7 @@ public:
 
     /// Where fixes go: one line each, flushed at every frame. "-" is stdout.
     Result<void> write_fixes_to(const std::string& file) { return output_.open(file); }
-    /// Fixes are kept back, to be smoothed and written by `write_smoothed`.
+    /// Fixes are kept back, to be smoothed and written by `write_smoothed`; the tracker keeps its history.
     void keep_for_smoothing();
     void write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress = {});
     /// Serves the page from now on.
@@ -93,6 +93,8 @@ public:
     long fixes_given() const { return output_.given(); }
     /// Lines of range and odometry sources that could not be used, as sentences; at most some of them.
     std::vector<std::string> line_problems() const;
+    /// For what is done after the sources have ended.
+    const Tracker& tracker() const { return tracker_; }
     /// What the tracker could not use.
     TrackerCounts tracker_counts() const;
 
