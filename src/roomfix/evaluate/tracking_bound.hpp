@@ -17,7 +17,8 @@ class TrackingBound {
 public:
     /// True pose and rates at a time, and the true errors of the wheels where they are known.
     using TrueStates = std::function<StateVector(Nanoseconds)>;
-    TrackingBound(const TrackingModels& models, int robot, TrueStates truth) : models_(models), robot_(static_cast<std::size_t>(robot)), truth_(std::move(truth)) {}
+    TrackingBound(const TrackingModels& models, int robot, TrueStates truth)
+        : models_(models), robot_(static_cast<std::size_t>(robot)), truth_(std::move(truth)) {}
 
     void start(Nanoseconds time, const Eigen::Matrix3d& covariance);
     bool started() const { return started_; }

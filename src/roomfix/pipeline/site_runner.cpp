@@ -218,7 +218,9 @@ void SiteRunner::note_quarantine(const CameraPost& post, SourceState& state) con
             continue;
         }
         state.status = "quarantined";
-        state.message = fmt::format("not used: it sees {} {:.2f} m from where everything else puts it; was the camera moved?", q.robot, q.distance);
+        state.message =
+            fmt::format("not used: it sees {} {:.2f} m from where everything else puts it; was the camera moved, or does something there look like {}?",
+                        q.robot, q.distance, q.robot);
         return;
     }
 }
