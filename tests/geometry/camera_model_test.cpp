@@ -10,8 +10,20 @@
 namespace roomfix {
 namespace {
 
+/// Of every kind of lens.
 CameraModel random_model(Random& random) {
     const double f = random.uniform(200, 1500);
+    const double kind = random.uniform();
+    const auto small = [&](double most) { return random.uniform(-most, most); };
+    if (kind < 0.3) {
+        return make_camera_model(640, 480, f, f * random.uniform(0.98, 1.02), random.uniform(300, 340), random.uniform(220, 260),
+                                 {small(0.1), small(0.02), small(0.005), small(0.002)}, Distortion::equidistant);
+    }
+    if (kind < 0.6) {
+        return make_camera_model(640, 480, f, f * random.uniform(0.98, 1.02), random.uniform(300, 340), random.uniform(220, 260),
+                                 {small(0.4), small(0.4), small(0.005), small(0.005), small(0.1), small(0.4), small(0.3), small(0.1)},
+                                 Distortion::rational_polynomial);
+    }
     return make_camera_model(
         640, 480, f, f * random.uniform(0.98, 1.02), random.uniform(300, 340), random.uniform(220, 260),
         {random.uniform(-0.4, 0.3), random.uniform(-0.5, 0.5), random.uniform(-0.005, 0.005), random.uniform(-0.005, 0.005), random.uniform(-1, 1)});
@@ -63,13 +75,43 @@ TEST(CameraModel, DerivativesMatchDifferences) {
             if (!ahead || !behind) continue;
             EXPECT_LT((jacobian.col(k) - (*ahead - *behind) / (2 * h)).norm(), 1e-4 * (1 + jacobian.norm()));
         }
+        IntrinsicsJacobian by_intrinsics;
+        ASSERT_TRUE(project(model, p, nullptr, &by_intrinsics));
+        for (int k = 0; k < model.intrinsics_count(); ++k) {
+            const double h = k < 4 ? 1e-3 : 1e-6;
+            CameraModel more = model, less = model;
+            more.set_intrinsics(model.intrinsics() + h * IntrinsicsVector::Unit(k));
+            less.set_intrinsics(model.intrinsics() - h * IntrinsicsVector::Unit(k));
+            const auto ahead = project(more, p), behind = project(less, p);
+            if (!ahead || !behind) continue;
+            EXPECT_LT((by_intrinsics.col(k) - (*ahead - *behind) / (2 * h)).norm(), 1e-4 * (1 + by_intrinsics.norm())) << k;
+        }
         Eigen::Matrix2d by_pixel;
         const auto ray = unproject(model, *pixel, &by_pixel);
-        ASSERT_TRUE(ray.has_value());
+        ASSERT_TRUE(ray.has_value()) << model.intrinsics().transpose();
         const auto shifted = unproject(model, *pixel + Eigen::Vector2d(1e-3, 0));
         if (!shifted) continue;
         EXPECT_LT((by_pixel.col(0) - (*shifted - *ray) / 1e-3).norm(), 1e-4 * (1 + by_pixel.norm()));
     }
+}
+
+TEST(CameraModel, AFisheyeWithoutFurtherBendingGivesTheAngle) {
+    const CameraModel model = make_camera_model(1000, 1000, 300, 300, 500, 500, {}, Distortion::equidistant);
+    const double angle = 1.2;
+    const auto pixel = project(model, {std::sin(angle), 0, std::cos(angle)});
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->x(), 500 + 300 * angle, 1e-9);
+}
+
+TEST(CameraModel, AnotherResolutionShowsTheSameRaysInTheSamePlaces) {
+    const CameraModel model = make_camera_model(640, 480, 520, 521, 318, 241, {-0.1, 0.02, 0.001, -0.001, 0});
+    const auto half = rescaled(model, 320, 240);
+    ASSERT_TRUE(half);
+    const Eigen::Vector3d p(0.2, -0.1, 1);
+    // The centre of pixel (0, 0) of the small picture is the corner that four pixels of the large one share.
+    EXPECT_LT((*project(*half, p) - (0.5 * (*project(model, p)).array() - 0.25).matrix()).norm(), 1e-9);
+    EXPECT_FALSE(rescaled(model, 640, 360));
+    EXPECT_FALSE(rescaled(model, 0, 0));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <span>
+
 #include "roomfix/base/number.hpp"
 
 namespace roomfix {
@@ -47,7 +49,7 @@ std::string camera_text(const SiteCamera& camera) {
     const CameraModel& m = camera.model;
     std::string text = fmt::format("  {}:\n    source: {}\n    size: [{}, {}]\n", camera.id, camera.source, m.width, m.height);
     text += fmt::format("    intrinsics: {{fx: {}, fy: {}, cx: {}, cy: {}}}\n    distortion: {}\n", number_text(m.fx), number_text(m.fy), number_text(m.cx),
-                        number_text(m.cy), list_text(m.distortion));
+                        number_text(m.cy), list_text(std::span(m.distortion).first(static_cast<std::size_t>(distortion_count(m.kind)))));
     text += std::visit(PlacementText{}, camera.placement);
     if (camera.time_offset_sigma > 0) text += "    time_offset_sigma: " + number_text(camera.time_offset_sigma) + "\n";
     if (!camera.background.empty()) text += "    background: " + camera.background + "\n";
