@@ -46,11 +46,11 @@ int calibrate_mount_command(const MountArguments& arguments) {
     mount.robot_from_camera = found->robot_from_camera;
     mount.has_covariance = true;
     if (!arguments.write) {
-        fmt::print("    mount: {}\n", mount_text(mount));
+        fmt::print("    mount: {}\n", mount_text(mount, camera->model));
         say("not written; --write puts it into the site file");
         return done;
     }
-    const auto copy = write_mount(arguments.site, camera->id, mount);
+    const auto copy = write_camera_values(arguments.site, camera->id, {{"mount", mount_text(mount, camera->model)}});
     if (!copy) return give_up(copy.error());
     say(fmt::format("{}: mount of camera {} written; the file as it was is {}", arguments.site, camera->id, copy->string()));
     return done;

@@ -1,11 +1,13 @@
 #include "roomfix/site/edit_site.hpp"
 
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "roomfix/site/load_site.hpp"
+#include "roomfix/site/site_text.hpp"
 
 namespace roomfix {
 namespace {
@@ -33,19 +35,21 @@ std::string with_mount_as(const std::string& mount) {
     return changed.replace(changed.find("MOUNT"), 5, mount);
 }
 
-Mount new_mount() {
+/// Another mount, with a covariance.
+std::vector<CameraValue> new_mount() {
     Mount mount{"r1", {}, true};
     mount.robot_from_camera.pose.translation() = Eigen::Vector3d(0.01, 0.02, 0.31);
     mount.robot_from_camera.covariance = 1e-6 * Matrix6d::Identity();
-    return mount;
+    return {{"mount", mount_text(mount, CameraModel{})}};
 }
 
 TEST(EditSite, ReplacesTheMountAndNothingElse) {
     for (const std::string mount :
          {"mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}  # measured",
           "mount:\n      robot: r1   # {not a brace}\n      position: [0, 0, 0.3]\n      quaternion:\n        - 0\n        - 0\n        - 0\n        - 1",
+          "mount:   # {measured}\n      robot: r1\n      position: [0, 0, 0.3]\n      quaternion: [0, 0, 0, 1]",
           "mount: {robot: r1, # why\n      position: [0, 0,\n 0.3], quaternion: [0, 0, 0, 1]}"}) {
-        const auto changed = with_mount(with_mount_as(mount), "up", new_mount());
+        const auto changed = with_camera_values(with_mount_as(mount), "up", new_mount());
         ASSERT_TRUE(changed) << changed.error().message;
         const LoadedSite loaded = parse_site(*changed, "/");
         for (const auto& p : loaded.problems) EXPECT_FALSE(p.fatal) << p.message << "\n" << *changed;
@@ -55,8 +59,27 @@ TEST(EditSite, ReplacesTheMountAndNothingElse) {
         EXPECT_EQ(std::get<Mount>(loaded.site.cameras[1].placement).robot_from_camera.pose.translation().z(), 0.1);
         for (const char* kept : {"# our lab", "# the cheap one", "# below the mount"}) EXPECT_NE(changed->find(kept), std::string::npos) << kept;
     }
-    EXPECT_FALSE(with_mount(with_mount_as("height: 1"), "up", new_mount()));
-    EXPECT_FALSE(with_mount("a: [", "up", new_mount()));
+    EXPECT_FALSE(with_camera_values(with_mount_as("height: 1"), "down", new_mount())) << "there is no such camera";
+    EXPECT_FALSE(with_camera_values("a: [", "up", new_mount()));
+}
+
+TEST(EditSite, AddsAndRemovesKeysInBlocksAndInBraces) {
+    const std::string points =
+        "floor_points_sigma: 0.5 # clicked\n    floor_points:\n      - {pixel: [1, 2], map: [0, 0]}\n      - {pixel: [2, 2], map: [0, 1]}";
+    const std::string braces =
+        "roomfix: 1\ncameras: {up: {source: 'a, b', floor_points_sigma: 1, floor_points: [{pixel: [1, 2], map: [0, 0]}], size: [3, 4]}}\n";
+    for (const std::string& before : {with_mount_as(points), braces}) {
+        const auto changed =
+            with_camera_values(before, "up", {{"pose", "{position: [1, 2, 3]}"}, {"floor_points", ""}, {"floor_points_sigma", ""}, {"mount", ""}});
+        ASSERT_TRUE(changed) << changed.error().message;
+        const YAML::Node up = YAML::Load(*changed)["cameras"]["up"];
+        EXPECT_EQ(up["pose"]["position"][2].as<int>(), 3) << *changed;
+        EXPECT_FALSE(up["floor_points"].IsDefined() || up["floor_points_sigma"].IsDefined()) << *changed;
+        EXPECT_EQ(up["size"].size(), 2U) << *changed;
+    }
+    const auto scalar = with_camera_values(with_mount_as("background: 'empty # hall'  # at night"), "up", {{"background", "other"}});
+    ASSERT_TRUE(scalar);
+    EXPECT_NE(scalar->find("background: other  # at night"), std::string::npos) << *scalar;
 }
 
 TEST(EditSite, KeepsTheFileAsItWas) {
@@ -65,11 +88,11 @@ TEST(EditSite, KeepsTheFileAsItWas) {
     const auto file = folder / "site.yaml";
     const std::string before = with_mount_as("mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}");
     std::ofstream(file) << before;
-    const auto copy = write_mount(file, "up", new_mount());
+    const auto copy = write_camera_values(file, "up", new_mount());
     ASSERT_TRUE(copy) << copy.error().message;
     std::ifstream old(*copy);
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(old), {}), before);
-    EXPECT_FALSE(write_mount(folder / "missing.yaml", "up", new_mount()));
+    EXPECT_FALSE(write_camera_values(folder / "missing.yaml", "up", new_mount()));
     std::filesystem::remove_all(folder);
 }
 

@@ -75,9 +75,8 @@ protected:
 TEST_F(Terms, PosesHaveTheirDerivatives) {
     PoseObservation seen;
     seen.pose = {pose().x + 0.01, pose().y - 0.02, pose().yaw + 0.03};
-    seen.by_camera.setRandom();
-    seen.covariance = 1e-4 * Eigen::Matrix3d::Identity() + seen.by_camera * models_.fixed.at(models_.source("west")).root *
-                                                               models_.fixed.at(models_.source("west")).root.transpose() * seen.by_camera.transpose();
+    seen.by_calibration.setRandom();
+    seen.covariance = 1e-4 * Eigen::Matrix3d::Identity() + seen.by_calibration * seen.by_calibration.transpose();
     check({time_, models_.source("west"), seen});
     seen.yaw_known = false;
     check({time_, models_.source("west"), seen});

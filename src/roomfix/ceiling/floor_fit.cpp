@@ -27,7 +27,7 @@ struct Linearised {
 
 /// How the solution moves with what is taken for known.
 struct Nuisance {
-    Eigen::Matrix<double, 3, 6> by_mount = Eigen::Matrix<double, 3, 6>::Zero();
+    Eigen::Matrix<double, 3, camera_errors> by_camera = Eigen::Matrix<double, 3, camera_errors>::Zero();
     std::array<Eigen::Matrix3d, most_groups> by_group;
     Nuisance() { by_group.fill(Eigen::Matrix3d::Zero()); }
 };
@@ -48,7 +48,8 @@ void add_points(const FloorEvidence& evidence, const Pose2& pose, Linearised& l,
         l.log_likelihood -= 0.5 * residual.dot(weight * residual);
         l.pixel_squares += residual.squaredNorm();
         if (!nuisance) continue;
-        nuisance->by_mount -= back * j.by_mount;
+        nuisance->by_camera.leftCols<6>() -= back * j.by_mount;
+        nuisance->by_camera.rightCols<most_intrinsics>() -= back * j.by_intrinsics;
         nuisance->by_group[static_cast<std::size_t>(point.group)] -= back * j.by_point * point.group_sigma;
     }
 }
@@ -117,8 +118,8 @@ std::optional<FloorFit> fit_on_floor(const FloorEvidence& evidence, const Pose2&
     const Eigen::Matrix3d own = factor.inverse();
     fit.covariance = own;
     if (!evidence.points.empty()) {
-        const Eigen::Matrix<double, 3, 6> mount = own * nuisance.by_mount;
-        fit.covariance += mount * evidence.camera->robot_from_camera.covariance * mount.transpose();
+        const Eigen::Matrix<double, 3, camera_errors> camera = own * nuisance.by_camera;
+        fit.covariance += camera * joint_covariance(evidence.camera->robot_from_camera.covariance, evidence.camera->intrinsics) * camera.transpose();
         for (const Eigen::Matrix3d& group : nuisance.by_group) fit.covariance += own * group * group.transpose() * own;
         fit.pixel_rms = std::sqrt(at.pixel_squares / (2 * static_cast<double>(evidence.points.size())));
     }

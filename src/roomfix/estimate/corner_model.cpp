@@ -52,7 +52,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     for (int i = 0; i < 6; ++i) {
         const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
         if (!slow) continue;
-        column = by_mount * source.mount_root.col(i);
+        column = by_mount * source.calibration.col(i).head<6>();
         l.depends_on_slow(belief, *slow, column);
     }
     return l;

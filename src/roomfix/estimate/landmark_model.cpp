@@ -7,8 +7,7 @@ namespace roomfix {
 
 OnboardSource onboard_source(int source, const CameraOnRobot& camera) {
     OnboardSource made{source, camera};
-    made.mount_root = root_of(camera.robot_from_camera.covariance);
-    made.mount_uncertain = camera.robot_from_camera.covariance.trace() > 1e-12;
+    if (camera.robot_from_camera.covariance.trace() > 1e-12 || camera.intrinsics.any()) made.calibration = calibration_root(camera);
     return made;
 }
 
@@ -16,9 +15,8 @@ void add_slow_states(Belief& belief, const OnboardSource& source) {
     if (source.time_offset_sigma > 0) {
         ensure_slow(belief, {SlowKind::time_offset, source.source, 0, source.time_offset_sigma * source.time_offset_sigma, 1e-3});
     }
-    if (!source.mount_uncertain) return;
     for (int i = 0; i < 6; ++i) {
-        if (source.mount_root.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4});
+        if (source.calibration.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4});
     }
 }
 
@@ -32,7 +30,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
                                                        const OnboardSource& source) {
     Linearised<2 * Points> l;
     Eigen::Matrix<double, 2 * Points, 3> by_pose;
-    Eigen::Matrix<double, 2 * Points, 6> by_mount;
+    Eigen::Matrix<double, 2 * Points, camera_errors> by_camera;
     Eigen::Matrix<double, 2 * Points, 3> by_place;
     for (int i = 0; i < Points; ++i) {
         const auto k = static_cast<std::size_t>(i);
@@ -42,7 +40,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
         l.residual.template segment<2>(2 * i) = seen.points[k].pixel - *pixel;
         l.noise.template block<2, 2>(2 * i, 2 * i) = seen.points[k].covariance;
         by_pose.template middleRows<2>(2 * i) = j.by_pose;
-        by_mount.template middleRows<2>(2 * i) = j.by_mount;
+        by_camera.template middleRows<2>(2 * i) << j.by_mount, j.by_intrinsics;
         by_place.template middleRows<2>(2 * i) = j.by_point;
     }
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
@@ -54,7 +52,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
     for (int i = 0; i < 6; ++i) {
         const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
         if (!slow) continue;
-        const Eigen::Matrix<double, 2 * Points, 1> column = by_mount * source.mount_root.col(i);
+        const Eigen::Matrix<double, 2 * Points, 1> column = by_camera * source.calibration.col(i);
         l.depends_on_slow(belief, *slow, column);
     }
     return l;

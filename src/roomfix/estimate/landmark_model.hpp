@@ -12,9 +12,8 @@ namespace roomfix {
 struct OnboardSource {
     int source = 0;  // of the tracker's sources
     CameraOnRobot camera;
-    Matrix6d mount_root = Matrix6d::Zero();  // a root of the mount's covariance; zero where it is exact
-    bool mount_uncertain = false;
-    double time_offset_sigma = 0;  // s; 0: its time stamps are right
+    CalibrationRoot calibration = CalibrationRoot::Zero();  // zero where mount and lens are known exactly
+    double time_offset_sigma = 0;                           // s; 0: its time stamps are right
 };
 OnboardSource onboard_source(int source, const CameraOnRobot& camera);
 

@@ -9,31 +9,26 @@ using ByCalibration = Eigen::Matrix<double, 3, 6>;
 
 /// How the pose moves with the unit-normal errors of the calibration. Errors that are lost in the noise need no states.
 std::optional<ByCalibration> by_calibration(const PoseObservation& observation, const PoseSource& source) {
-    const ByCalibration by = observation.by_camera * source.root;
-    if (by.squaredNorm() < 0.01 * observation.covariance.trace()) return std::nullopt;
+    const ByCalibration& by = observation.by_calibration;
+    if (source.calibrated_exactly || by.squaredNorm() < 0.01 * observation.covariance.trace()) return std::nullopt;
     return by;
 }
 
 }  // namespace
-
-Matrix6d root_of(const Matrix6d& covariance) {
-    const Eigen::LDLT<Matrix6d> factor(covariance);
-    return factor.transpositionsP().transpose() * (factor.matrixL().toDenseMatrix() * factor.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
-}
 
 void add_slow_states(Belief& belief, const PoseSource& source) {
     if (source.time_offset_sigma > 0) {
         const double variance = source.time_offset_sigma * source.time_offset_sigma;
         ensure_slow(belief, {SlowKind::time_offset, source.source, 0, variance, 1e-3});
     }
-    for (int i = 0; i < 6; ++i) {
-        if (source.root.col(i).squaredNorm() > 0) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory});
+    for (int i = 0; i < 6 && !source.calibrated_exactly; ++i) {
+        ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory});
     }
 }
 
 void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source) {
     PoseSource known = source;
-    if (!by_calibration(observation, source)) known.root.setZero();
+    if (!by_calibration(observation, source)) known.calibrated_exactly = true;
     add_slow_states(belief, known);
 }
 

@@ -8,14 +8,11 @@ namespace roomfix {
 
 /// What slow errors a fixed camera has.
 struct PoseSource {
-    int source = 0;                    // of the tracker's sources
-    Matrix6d root = Matrix6d::Zero();  // a root of the covariance of its pose
-    double calibration_memory = 1e5;   // s: over that time its pose changes
-    double time_offset_sigma = 0;      // s; 0: its time stamps are right
+    int source = 0;                   // of the tracker's sources
+    bool calibrated_exactly = true;   // its fixes do not move with errors of its calibration
+    double calibration_memory = 1e5;  // s: over that time its pose changes
+    double time_offset_sigma = 0;     // s; 0: its time stamps are right
 };
-
-/// A matrix whose product with its transpose is the covariance.
-Matrix6d root_of(const Matrix6d& covariance);
 
 /// Prepares the slow states of the camera's errors: its time stamps and its pose.
 void add_slow_states(Belief& belief, const PoseSource& source);

@@ -9,7 +9,7 @@ std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList
     const Eigen::Isometry3d map_from_robot_now = map_from_robot(belief.pose());
     Linearised<8> l;
     Eigen::Matrix<double, 8, 3> by_pose;
-    Eigen::Matrix<double, 8, 6> by_view;
+    Eigen::Matrix<double, 8, 6> by_calibration;
     for (int i = 0; i < 4; ++i) {
         const auto k = static_cast<std::size_t>(i);
         const Eigen::Vector3d arm = map_from_robot_now.linear() * (robot.robot_from_tag * points[k]);
@@ -20,12 +20,12 @@ std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList
         l.noise.block<2, 2>(2 * i, 2 * i) = seen[k].covariance;
         by_pose.block<2, 2>(2 * i, 0) = j.by_point.leftCols<2>();
         by_pose.block<2, 1>(2 * i, 2) = j.by_point * Eigen::Vector3d::UnitZ().cross(arm);
-        by_view.middleRows<2>(2 * i) = j.by_pose;
+        by_calibration.middleRows<2>(2 * i) = j.by_calibration(view, Eigen::Matrix2d::Identity());
     }
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
     for (int i = 0; i < 6; ++i) {
-        const Eigen::Matrix<double, 8, 1> column = by_view * source.root.col(i);
+        const Eigen::Matrix<double, 8, 1> column = by_calibration.col(i);
         l.depends_on_error(belief, SlowKind::calibration, source.source, i, column);
     }
     return l;

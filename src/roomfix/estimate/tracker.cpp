@@ -19,7 +19,7 @@ bool is_place(const Pose2& pose) { return std::abs(pose.x) < farthest && std::ab
 bool is_sigma(double sigma) { return sigma * sigma >= least_variance && sigma * sigma < largest_variance && sigma > 0; }
 
 bool usable(const PoseObservation& o) {
-    if (!is_place(o.pose) || !o.covariance.allFinite() || !o.by_camera.allFinite() || o.by_camera.cwiseAbs().maxCoeff() > farthest) return false;
+    if (!is_place(o.pose) || !o.covariance.allFinite() || !o.by_calibration.allFinite() || o.by_calibration.cwiseAbs().maxCoeff() > farthest) return false;
     const int dimensions = o.yaw_known ? 3 : 2;
     const Eigen::MatrixXd part = o.covariance.topLeftCorner(dimensions, dimensions);
     return Eigen::LLT<Eigen::MatrixXd>(part).info() == Eigen::Success && part.diagonal().minCoeff() >= least_variance &&

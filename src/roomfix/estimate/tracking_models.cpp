@@ -26,11 +26,11 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
     for (const SiteCamera& camera : site.cameras) {
         const int number = source(camera.id);
         if (const auto* mount = std::get_if<Mount>(&camera.placement)) {
-            OnboardSource errors = onboard_source(number, CameraOnRobot{camera.model, mount->robot_from_camera});
+            OnboardSource errors = onboard_source(number, camera_on_robot(camera, *mount));
             errors.time_offset_sigma = camera.time_offset_sigma;
             onboard.emplace(number, errors);
         } else if (const auto view = fixed_view(camera)) {
-            fixed[number].root = root_of(view->map_from_camera.covariance);
+            fixed[number].calibrated_exactly = view->calibration.isZero(0);
             fixed[number].time_offset_sigma = camera.time_offset_sigma;
             views.emplace(number, *view);
         }

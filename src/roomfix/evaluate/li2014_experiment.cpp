@@ -176,8 +176,10 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
                     trial.reason = seen.reason;
                 }
                 if (station->published) trial.published = station->published->locate(frame);
-                const auto bound = outline_bound(frame, station->observer.background().mean(), camera.truth,
-                                                 station->observer.view().map_from_camera.covariance, shape, trial.truth, camera.sensor);
+                View true_view = camera.truth;
+                true_view.calibration = station->observer.view().calibration;
+                true_view.intrinsics_uncertain = station->observer.view().intrinsics_uncertain;
+                const auto bound = outline_bound(frame, station->observer.background().mean(), true_view, shape, trial.truth, camera.sensor);
                 trial.bound = position_sigma(bound.with_calibration);
                 trial.bound_pixels = position_sigma(bound.pixels);
                 report.trials.push_back(trial);

@@ -6,13 +6,13 @@
 
 namespace roomfix {
 
-OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const Matrix6d& calibration, const ShapePoints& shape,
-                           const Pose2& truth, const SensorModel& sensor) {
+OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const ShapePoints& shape, const Pose2& truth,
+                           const SensorModel& sensor) {
     OutlineBound bound;
     const Silhouette silhouette = project_silhouette(true_view, shape, truth);
     if (!silhouette.valid()) return bound;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();
     for (int i = 0; i < silhouette.count; ++i) {
         const auto here = static_cast<std::size_t>(i);
         const auto next = static_cast<std::size_t>((i + 1) % silhouette.count);
@@ -37,13 +37,13 @@ OutlineBound outline_bound(LumaView frame, LumaView background, const View& true
             const Eigen::RowVector3d along = normal.transpose() * jacobian.by_point;
             const Eigen::Vector3d by_pose(along.x(), along.y(), along.y() * (p.x() - truth.x) - along.x() * (p.y() - truth.y));
             information += weight * by_pose * by_pose.transpose();
-            by_camera += weight * by_pose * (normal.transpose() * jacobian.by_pose);
+            by_calibration += weight * by_pose * jacobian.by_calibration(true_view, Eigen::RowVector2d(normal.transpose()));
         }
     }
     if (information.determinant() <= 0) return bound;
     bound.pixels = information.inverse();
-    const Eigen::Matrix<double, 3, 6> gain = bound.pixels * by_camera;
-    bound.with_calibration = bound.pixels + gain * calibration * gain.transpose();
+    const Eigen::Matrix<double, 3, 6> gain = bound.pixels * by_calibration;
+    bound.with_calibration = bound.pixels + gain * gain.transpose();
     return bound;
 }
 

@@ -9,14 +9,13 @@
 namespace roomfix {
 
 /// The smallest covariance of x, y, yaw (m, rad) that any unbiased estimator can reach from the outline's pixels, and with
-/// the calibration's covariance of `view` added. Each pixel along the outline is one blurred step edge in noise, whose
+/// the calibration's covariance of `true_view` added. Each pixel along the outline is one blurred step edge in noise, whose
 /// place is known to sigma^2 = 2 sqrt(pi) blur noise^2 / contrast^2 at best; contrast is taken from the frame itself at the
-/// true outline. `truth` is the true pose in the true camera `true_view`.
+/// true outline. `truth` is the true pose; `true_view` is the true camera with the uncertainty that its calibration has.
 struct OutlineBound {
     Eigen::Matrix3d pixels = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d with_calibration = Eigen::Matrix3d::Zero();
 };
-OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const Matrix6d& calibration, const ShapePoints& shape,
-                           const Pose2& truth, const SensorModel& sensor);
+OutlineBound outline_bound(LumaView frame, LumaView background, const View& true_view, const ShapePoints& shape, const Pose2& truth, const SensorModel& sensor);
 
 }  // namespace roomfix

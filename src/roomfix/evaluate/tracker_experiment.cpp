@@ -152,7 +152,7 @@ private:
         by_camera.topRows<2>() = floor->by_pose;
         by_camera.row(2) << 0, 0, 0, 0, 0, 1;
         PoseObservation seen;
-        seen.by_camera = by_camera;
+        seen.by_calibration = by_camera * view.calibration.topRows<6>();
         Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
         noise.topLeftCorner<2, 2>() = 0.6 * 0.6 * floor->by_pixel * floor->by_pixel.transpose() + 1e-6 * Eigen::Matrix2d::Identity();
         noise(2, 2) = 0.015 * 0.015;

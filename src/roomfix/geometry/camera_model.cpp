@@ -106,6 +106,18 @@ std::optional<double> invert_radius(const CameraModel& model, double distorted) 
 
 }  // namespace
 
+const char* name_of(Distortion kind) {
+    static constexpr std::array names = {"plumb_bob", "rational_polynomial", "equidistant"};
+    return names[static_cast<std::size_t>(kind)];
+}
+
+std::optional<Distortion> distortion_named(std::string_view name) {
+    for (const Distortion kind : {Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant}) {
+        if (name == name_of(kind)) return kind;
+    }
+    return std::nullopt;
+}
+
 IntrinsicsVector CameraModel::intrinsics() const {
     IntrinsicsVector numbers;
     numbers << fx, fy, cx, cy, Eigen::Map<const Eigen::Matrix<double, most_distortion, 1>>(distortion.data());

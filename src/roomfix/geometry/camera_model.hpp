@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 namespace roomfix {
 
@@ -17,6 +18,10 @@ enum class Distortion : std::uint8_t {
 constexpr int most_distortion = 8;
 constexpr int most_intrinsics = 4 + most_distortion;
 constexpr int distortion_count(Distortion kind) { return kind == Distortion::plumb_bob ? 5 : kind == Distortion::rational_polynomial ? 8 : 4; }
+
+/// The name that ROS uses; nothing for names that are none.
+const char* name_of(Distortion kind);
+std::optional<Distortion> distortion_named(std::string_view name);
 
 /// Derivatives of a pixel by fx, fy, cx, cy and the distortion's numbers; zero beyond those that the kind has.
 using IntrinsicsJacobian = Eigen::Matrix<double, 2, most_intrinsics>;

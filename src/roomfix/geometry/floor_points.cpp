@@ -81,8 +81,9 @@ std::optional<Eigen::Isometry3d> pose_from_homography(const Eigen::Matrix3d& h, 
 }
 
 struct Fit {
-    Matrix6d information;  // J^T J, px^-2
-    Vector6d gradient;     // J^T residual
+    Matrix6d information;                                       // J^T J, px^-2
+    Vector6d gradient;                                          // J^T residual
+    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();  // J^T d(pixels)/d(intrinsics)
     double sum_of_squares = 0;
     int worst = 0;
     double worst_error = 0;
@@ -97,6 +98,9 @@ std::optional<Fit> linearise(const View& view, const std::vector<FloorPoint>& po
         const Eigen::Vector2d residual = points[i].pixel - *pixel;
         fit.information += jacobian.by_pose.transpose() * jacobian.by_pose;
         fit.gradient += jacobian.by_pose.transpose() * residual;
+        IntrinsicsJacobian by_intrinsics;
+        const Eigen::Vector3d in_camera = view.map_from_camera.pose.inverse() * Eigen::Vector3d(points[i].map.x(), points[i].map.y(), 0);
+        if (project(view.model, in_camera, nullptr, &by_intrinsics)) fit.by_intrinsics += jacobian.by_pose.transpose() * by_intrinsics;
         fit.sum_of_squares += residual.squaredNorm();
         if (residual.norm() > fit.worst_error) {
             fit.worst_error = residual.norm();
@@ -179,6 +183,7 @@ Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, 
     // Reduced chi-square above 1 + 3 standard deviations: the stated noise is too small, believe the points.
     const bool noisier = variance > sigma * sigma * (1 + 3 * std::sqrt(2 / freedom));
     result.map_from_camera.pose = view.map_from_camera.pose;
+    result.by_intrinsics = -fit->information.ldlt().solve(fit->by_intrinsics);
     result.map_from_camera.covariance = fit->information.inverse() * (noisier ? variance : sigma * sigma);
     return result;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/geometry/calibration.hpp"
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/geometry/pose.hpp"
 
@@ -16,10 +17,11 @@ struct FloorPoint {
 };
 
 struct FloorPointsPose {
-    UncertainPose3 map_from_camera;
-    double rms = 0;          // px, per coordinate, corrected for the six fitted numbers; 0 with four points means little
-    int worst = 0;           // index of the point that fits worst
-    double worst_error = 0;  // px
+    UncertainPose3 map_from_camera;                             // as if the intrinsics were exact
+    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();  // how it moves with them
+    double rms = 0;                                             // px, per coordinate, corrected for the six fitted numbers; 0 with four points means little
+    int worst = 0;                                              // index of the point that fits worst
+    double worst_error = 0;                                     // px
 };
 
 /// The pose that explains four or more floor points: closed form (homography), then Levenberg-Marquardt on the pixel

@@ -13,16 +13,16 @@ struct PoseObservation {
     int robot = 0;  // index in the site's robots
     Pose2 pose;     // map
     bool yaw_known = true;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                     // x, y, yaw; m, rad
-    int like_turns = 1;                                                           // so many turns in a circle look the same: 2 for a box, 4 for a square one
-    Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();  // by an error of a fixed camera's pose (UncertainPose3)
-    bool identified = false;                                                      // by a tag: it is this one, not one that looks the same
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad
+    int like_turns = 1;                                        // so many turns in a circle look the same: 2 for a box, 4 for a square one
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by the six independent errors of a fixed camera's calibration
+    bool identified = false;                                                           // by a tag: it is this one, not one that looks the same
 };
 
 inline std::vector<PoseObservation> poses_of(const std::vector<SilhouetteObservation>& silhouettes) {
     std::vector<PoseObservation> poses;
     for (const auto& o : silhouettes) {
-        poses.push_back({o.robot, o.pose, o.yaw_known, o.covariance, static_cast<int>(o.hypotheses.size()), o.by_camera});
+        poses.push_back({o.robot, o.pose, o.yaw_known, o.covariance, static_cast<int>(o.hypotheses.size()), o.by_calibration});
     }
     return poses;
 }

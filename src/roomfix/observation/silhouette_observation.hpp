@@ -19,10 +19,10 @@ struct SilhouetteObservation {
     int robot = 0;  // index in the site's robots
     Pose2 pose;     // the best pose, map; yaw means nothing if `yaw_known` is false
     bool yaw_known = true;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                     // x, y, yaw; m, rad; with the camera's calibration in it
-    Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();  // by an error of the camera's pose (UncertainPose3)
-    FixedList<PoseHypothesis, 4> hypotheses;                                      // poses that look the same, the best first
-    double support = 0;                                                           // part of the visible outline that the picture confirms, 0..1
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; m, rad; with the camera's calibration in it
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by the six independent errors of the view's calibration
+    FixedList<PoseHypothesis, 4> hypotheses;                                           // poses that look the same, the best first
+    double support = 0;                                                                // part of the visible outline that the picture confirms, 0..1
     double visible = 0;                      // part of the outline that is inside the picture and not behind another robot, 0..1
     FixedList<Eigen::Vector2f, 64> outline;  // px, closed polygon, for drawing
 };

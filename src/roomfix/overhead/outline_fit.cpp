@@ -24,7 +24,7 @@ struct Sample {
     Eigen::Vector2d pixel;
     Eigen::Vector2d normal;  // outwards, unit
     Vector4d by_state;       // d(outline position along the normal) / d(x, y, yaw, inset)
-    Eigen::Matrix<double, 1, 6> by_camera;
+    Eigen::Matrix<double, 1, 6> by_calibration;
     int edge = 0;  // number of the outline's side
     bool on_floor = false;
     double scale = 0;  // px per metre along the normal, for the size error
@@ -87,7 +87,7 @@ void place_samples(const FrameEvidence& evidence, const View& view, const ShapeP
             if (s.normal.dot(*pixel - middle) < 0) s.normal = -s.normal;
             const Eigen::RowVector3d along = s.normal.transpose() * jacobian.by_point;
             s.by_state << along.x(), along.y(), along.y() * (p.x() - pose.x) - along.x() * (p.y() - pose.y), 1;
-            s.by_camera = s.normal.transpose() * jacobian.by_pose;
+            s.by_calibration = jacobian.by_calibration(view, Eigen::RowVector2d(s.normal.transpose()));
             s.scale = along.norm();
             s.edge = i;
             s.on_floor = p.z() < 1e-6;
@@ -114,7 +114,7 @@ double common_variance(const Sample& s, const ShapePoints& shape, const OutlineF
 struct Normal {
     Matrix4d information;
     Vector4d gradient;
-    Eigen::Matrix<double, 4, 6> by_camera;  // J^T W d(reading)/d(camera)
+    Eigen::Matrix<double, 4, 6> by_calibration;  // J^T W d(reading)/d(camera)
     double squares = 0;
     double edge_squares = 0;  // squared mean residual of each edge over its variance, summed
     int edges = 0;
@@ -137,7 +137,7 @@ Normal accumulate(const Samples& samples, const ShapePoints& shape, const Outlin
         double sum = 0;
         double common = 0;
         Vector4d by_state = Vector4d::Zero();
-        Eigen::Matrix<double, 1, 6> by_camera = Eigen::Matrix<double, 1, 6>::Zero();
+        Eigen::Matrix<double, 1, 6> by_calibration = Eigen::Matrix<double, 1, 6>::Zero();
         double residuals = 0;
         for (; last < all.size() && all[last].edge == all[first].edge; ++last) {
             const Sample& s = all[last];
@@ -148,12 +148,12 @@ Normal accumulate(const Samples& samples, const ShapePoints& shape, const Outlin
             const double weight = 1 / (sigma * sigma * (1 + relative2) * (1 + relative2));
             normal.information += weight * s.by_state * s.by_state.transpose();
             normal.gradient += weight * residual * s.by_state;
-            normal.by_camera += weight * s.by_state * s.by_camera;
+            normal.by_calibration += weight * s.by_state * s.by_calibration;
             normal.squares += weight * residual * residual;
             sum += weight;
             common = std::max(common, common_variance(s, shape, settings));
             by_state += weight * s.by_state;
-            by_camera += weight * s.by_camera;
+            by_calibration += weight * s.by_calibration;
             residuals += weight * residual;
             ++normal.used;
         }
@@ -161,7 +161,7 @@ Normal accumulate(const Samples& samples, const ShapePoints& shape, const Outlin
             const double factor = common / (1 + common * sum);
             normal.information -= factor * by_state * by_state.transpose();
             normal.gradient -= factor * residuals * by_state;
-            normal.by_camera -= factor * by_state * by_camera;
+            normal.by_calibration -= factor * by_state * by_calibration;
             normal.squares -= factor * residuals * residuals;
             const double mean = residuals / sum;
             normal.edge_squares += mean * mean / (1 / sum + common);
@@ -220,7 +220,7 @@ void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
     fit.score = fit.visible > 0 ? (support - 0.7 * fit.covered - 0.15 * fit.bare - 0.4 * conflicting) / fit.visible : -1;
 }
 
-void set_covariance(const Samples& samples, const View& view, const ShapePoints& shape, const OutlineFitSettings& settings, double inset, OutlineFit& fit) {
+void set_covariance(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, double inset, OutlineFit& fit) {
     Normal normal = accumulate(samples, shape, settings, Vector4d(0, 0, 0, inset), settings.last_scale);
     if (shape.round()) normal.information(2, 2) += 1 / (M_PI * M_PI / 3);  // uniform over a turn
     const Eigen::LDLT<Matrix4d> solver(normal.information);
@@ -235,8 +235,8 @@ void set_covariance(const Samples& samples, const View& view, const ShapePoints&
     const double by_edges = normal.edge_squares / edge_freedom;
     const double inflation = std::max({1.0, by_readings, by_edges > 1 + 3.5 / edge_freedom ? by_edges : 1.0});
     fit.pixel_covariance = inverse.topLeftCorner<3, 3>() * inflation;
-    fit.by_camera = (inverse * normal.by_camera).topRows<3>();
-    fit.covariance = fit.pixel_covariance + fit.by_camera * view.map_from_camera.covariance * fit.by_camera.transpose();
+    fit.by_calibration = (inverse * normal.by_calibration).topRows<3>();
+    fit.covariance = fit.pixel_covariance + fit.by_calibration * fit.by_calibration.transpose();
     fit.covariance = (0.5 * (fit.covariance + fit.covariance.transpose())).eval();
     fit.determined = true;
 }
@@ -268,7 +268,7 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
         if (progress >= 1 && step.head<2>().norm() < 5e-4 && std::abs(step[2]) < 1e-3) break;
     }
     judge(samples, shape, fit);
-    set_covariance(samples, view, shape, settings, inset, fit);
+    set_covariance(samples, shape, settings, inset, fit);
     fit.pose.yaw = wrap_angle(fit.pose.yaw);
     return fit;
 }
@@ -287,7 +287,7 @@ OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const Shape
     coarse.edge_noise = coarse.common_noise;
     coarse.inset_noise = coarse.common_noise;
     for (Sample& s : samples.all()) s.reading = {.found = true, .offset = 0, .sigma = coarse.common_noise};
-    set_covariance(samples, view, shape, coarse, 0, fit);
+    set_covariance(samples, shape, coarse, 0, fit);
     return fit;
 }
 

@@ -35,9 +35,9 @@ struct OutlineFitSettings {
 
 struct OutlineFit {
     Pose2 pose;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                     // x, y, yaw; pixels and calibration together
-    Eigen::Matrix3d pixel_covariance = Eigen::Matrix3d::Identity();               // without the calibration's part
-    Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();  // how the pose moves with an error of the view's pose
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; pixels and calibration together
+    Eigen::Matrix3d pixel_covariance = Eigen::Matrix3d::Identity();                    // without the calibration's part
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // how the pose moves with the view's six independent errors
     Silhouette silhouette;
     int visible = 0;          // samples inside the image and outside `others`
     int supported = 0;        // samples with an edge where the outline says

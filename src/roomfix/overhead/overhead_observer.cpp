@@ -263,7 +263,7 @@ SilhouetteObservation OverheadObserver::observation_of(const Found& found) const
     observation.robot = found.robot;
     observation.pose = fit.pose;
     observation.covariance = fit.covariance;
-    observation.by_camera = fit.by_camera;
+    observation.by_calibration = fit.by_calibration;
     observation.yaw_known = !shape.round();
     observation.support = fit.visible > 0 ? static_cast<double>(fit.supported) / fit.visible : 0;
     observation.visible = fit.total > 0 ? static_cast<double>(fit.visible) / fit.total : 0;

@@ -10,7 +10,7 @@ namespace {
 struct Linearised {
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();
     double squares = 0;
 };
 
@@ -29,7 +29,7 @@ std::optional<Linearised> linearise(const View& view, const SiteRobot& robot, co
         const Eigen::Vector2d residual = corners[i] - *pixel;
         l.information += by_pose.transpose() * by_pose;
         l.gradient += by_pose.transpose() * residual;
-        l.by_camera += by_pose.transpose() * j.by_pose;
+        l.by_calibration += j.by_calibration(view, Eigen::Matrix<double, 3, 2>(by_pose.transpose()));
         l.squares += residual.squaredNorm();
     }
     return l;
@@ -76,8 +76,8 @@ std::optional<RobotTagFit> fit_robot_tag(const View& view, const SiteRobot& robo
     if (!(fit.pixel_rms < largest_rms)) return std::nullopt;
     fit.pose = {pose.x, pose.y, wrap_angle(pose.yaw)};
     const Eigen::Matrix3d own = factor.solve(Eigen::Matrix3d::Identity());
-    fit.by_camera = own * at->by_camera;
-    fit.covariance = sigma * sigma * own + fit.by_camera * view.map_from_camera.covariance * fit.by_camera.transpose();
+    fit.by_calibration = own * at->by_calibration;
+    fit.covariance = sigma * sigma * own + fit.by_calibration * fit.by_calibration.transpose();
     return fit;
 }
 

@@ -13,9 +13,9 @@ namespace roomfix {
 
 struct RobotTagFit {
     Pose2 pose;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                     // x, y, yaw; m, rad; with the camera's calibration in it
-    Eigen::Matrix<double, 3, 6> by_camera = Eigen::Matrix<double, 3, 6>::Zero();  // how the pose moves with an error of the view's pose
-    double pixel_rms = 0;                                                         // px, per coordinate
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; m, rad; with the camera's calibration in it
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // how the pose moves with the view's six independent errors
+    double pixel_rms = 0;                                                              // px, per coordinate
 };
 
 /// The pose of a robot on the floor whose tag's corners (order of own_points()) are seen at `corners` (px), each coordinate with noise

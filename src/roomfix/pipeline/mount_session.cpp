@@ -39,7 +39,7 @@ Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera
         if (!result.located.places.empty()) seen.push_back({(*locator)->seen_points(result), result.located.places[0].pose});
         if (progress && (*frames)->count() > 0) progress(number / static_cast<double>((*frames)->count()));
     }
-    return calibrate_mount({camera.model, std::get<Mount>(camera.placement).robot_from_camera}, std::move(seen), settings);
+    return calibrate_mount(camera_on_robot(camera, std::get<Mount>(camera.placement)), std::move(seen), settings);
 }
 
 }  // namespace roomfix

@@ -34,7 +34,7 @@ Result<std::unique_ptr<OnboardLocator>> OnboardLocator::for_camera(const Site& s
     const auto robot = mount ? site.robot(mount->robot) : std::nullopt;
     if (!robot) return Error{fmt::format("camera {} is on no robot: give it a 'mount'", camera.id)};
     std::unique_ptr<OnboardLocator> made(new OnboardLocator(site, *robot));
-    const CameraOnRobot on_robot{camera.model, mount->robot_from_camera};
+    const CameraOnRobot on_robot = camera_on_robot(camera, *mount);
     made->observer_.emplace(on_robot, mount->has_covariance, site.landmarks);
     made->shapes_ = landmark_shapes(site.landmarks);
     const auto is_tag = [](const SiteLandmark& l) { return std::holds_alternative<Tag>(l.kind); };

@@ -8,8 +8,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "roomfix/site/site_text.hpp"
-
 namespace roomfix {
 namespace {
 
@@ -47,35 +45,114 @@ std::size_t end_of_block(std::string_view text, std::size_t begin, int column) {
     return end;
 }
 
+/// Behind a scalar that begins at `begin`; `flow`: within braces.
+std::size_t end_of_scalar(std::string_view text, std::size_t begin, bool flow) {
+    const char quote = text[begin];
+    if (quote == '\'' || quote == '"') {
+        const auto end = text.find(quote, begin + 1);
+        return end == std::string_view::npos ? text.size() : end + 1;
+    }
+    std::size_t end = begin;
+    for (; end < text.size() && text[end] != '\n' && text[end] != '\r'; ++end) {
+        if (text[end] == '#' && end > begin && text[end - 1] == ' ') break;
+        if (flow && (text[end] == ',' || text[end] == '}')) break;
+    }
+    while (end > begin && text[end - 1] == ' ') --end;
+    return end;
+}
+
+/// A key of a map and the stretch of text that it and its value take.
+struct Entry {
+    std::size_t key = 0, value = 0, end = 0;
+    bool block = false;  // its value is on lines of its own
+};
+
+Entry entry_of(std::string_view text, const YAML::Node& key, const YAML::Node& value, bool flow) {
+    Entry entry;
+    entry.key = static_cast<std::size_t>(key.Mark().pos);
+    entry.value = std::min(static_cast<std::size_t>(value.Mark().pos), text.size() - 1);
+    entry.block = !value.IsScalar() && text[entry.value] != '{' && text[entry.value] != '[';
+    if (value.IsScalar()) {
+        entry.end = end_of_scalar(text, entry.value, flow);
+    } else {
+        entry.end = entry.block ? end_of_block(text, entry.value, value.Mark().column) : end_of_braces(text, entry.value);
+    }
+    return entry;
+}
+
+/// All keys of a map, in their order in the file.
+std::vector<std::pair<std::string, Entry>> entries_of(std::string_view text, const YAML::Node& map, bool flow) {
+    std::vector<std::pair<std::string, Entry>> entries;
+    for (const auto& item : map) entries.emplace_back(item.first.Scalar(), entry_of(text, item.first, item.second, flow));
+    return entries;
+}
+
+std::string replaced(std::string_view text, const Entry& entry, const std::string& value) {
+    std::string changed(text.substr(0, entry.value));
+    // A block's value goes up beside its key, unless a comment stands there.
+    const bool comment = text.substr(entry.key, entry.value - entry.key).find('#') != std::string_view::npos;
+    while (entry.block && !comment && (changed.back() == ' ' || changed.back() == '\n' || changed.back() == '\r')) changed.pop_back();
+    if (entry.block && !comment) changed += ' ';
+    return changed + value + std::string(text.substr(entry.end));
+}
+
+std::string removed(std::string_view text, const Entry& entry, bool flow) {
+    std::size_t from = entry.key, to = entry.end;
+    if (flow) {
+        const std::size_t next = text.find_first_not_of(" \n\r\t", to);
+        if (next != std::string_view::npos && text[next] == ',') {
+            to = std::min(text.find_first_not_of(" \n\r\t", next + 1), text.size());
+        } else {
+            from = text.find_last_of(",{", from - 1);
+            if (text[from] == '{') ++from;
+        }
+    } else {
+        from = text.rfind('\n', from) + 1;  // npos + 1 is the beginning
+        to = std::min(text.find('\n', to), text.size() - 1) + 1;
+    }
+    return std::string(text.substr(0, from)) + std::string(text.substr(to));
+}
+
+std::string added(std::string_view text, const Entry& last, int column, const CameraValue& value, bool flow) {
+    if (flow) return std::string(text.substr(0, last.end)) + fmt::format(", {}: {}", value.key, value.value) + std::string(text.substr(last.end));
+    const std::size_t line_end = std::min(text.find('\n', last.end), text.size());
+    return std::string(text.substr(0, line_end)) + fmt::format("\n{:{}}{}: {}", "", column, value.key, value.value) + std::string(text.substr(line_end));
+}
+
+/// One change; the text is read anew for each, since places move.
+Result<std::string> with_value(const std::string& text, const std::string& camera, const CameraValue& value) {
+    const YAML::Node map = YAML::Load(text)["cameras"][camera];
+    if (!map.IsDefined() || !map.IsMap() || map.size() == 0) return Error{fmt::format("the file has no cameras.{} to write to", camera)};
+    const bool flow = map.Style() == YAML::EmitterStyle::Flow;
+    const auto entries = entries_of(text, map, flow);
+    for (const auto& [key, entry] : entries) {
+        if (key == value.key) return value.value.empty() ? removed(text, entry, flow) : replaced(text, entry, value.value);
+    }
+    if (value.value.empty()) return text;
+    return added(text, entries.back().second, map.begin()->first.Mark().column, value, flow);
+}
+
 }  // namespace
 
-Result<std::string> with_mount(std::string_view text, const std::string& camera, const Mount& mount) {
+Result<std::string> with_camera_values(std::string_view text, const std::string& camera, const std::vector<CameraValue>& values) {
     try {
-        const YAML::Node root = YAML::Load(std::string(text));
-        const YAML::Node value = root["cameras"][camera]["mount"];
-        if (!value.IsDefined()) return Error{fmt::format("the file has no cameras.{}.mount to write to", camera)};
-        const auto begin = static_cast<std::size_t>(value.Mark().pos);
-        if (begin >= text.size()) return Error{fmt::format("cameras.{}.mount cannot be found in the file", camera)};
-        const bool braces = text[begin] == '{';
-        const std::size_t end = braces ? end_of_braces(text, begin) : end_of_block(text, begin, value.Mark().column);
-        std::string changed(text.substr(0, begin));
-        if (!braces) {  // a block: its value goes up beside the key
-            while (!changed.empty() && (changed.back() == ' ' || changed.back() == '\n' || changed.back() == '\r')) changed.pop_back();
-            changed += ' ';
+        std::string changed(text);
+        for (const CameraValue& value : values) {
+            auto next = with_value(changed, camera, value);
+            if (!next) return next;
+            changed = std::move(*next);
         }
-        changed += mount_text(mount);
-        changed += text.substr(end);
         return changed;
     } catch (const YAML::Exception& problem) {
         return Error{"not valid YAML: " + problem.msg};
     }
 }
 
-Result<std::filesystem::path> write_mount(const std::filesystem::path& file, const std::string& camera, const Mount& mount) {
+Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::string& camera, const std::vector<CameraValue>& values) {
     std::ifstream stream(file, std::ios::binary);
     std::ostringstream text;
     if (!stream || !(text << stream.rdbuf())) return Error{fmt::format("{}: cannot be read", file.string())};
-    const auto changed = with_mount(text.str(), camera, mount);
+    const auto changed = with_camera_values(text.str(), camera, values);
     if (!changed) return Error{fmt::format("{}: {}", file.string(), changed.error().message)};
     const auto write = [](const std::filesystem::path& target, const std::string& content) {
         std::ofstream out(target, std::ios::binary);

@@ -4,17 +4,23 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "roomfix/base/result.hpp"
-#include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
-/// The text of a site file with the value of cameras.CAMERA.mount replaced. An error if there is no such key.
-Result<std::string> with_mount(std::string_view text, const std::string& camera, const Mount& mount);
+/// A key of a camera and its new value as YAML on one line; without a value the key goes.
+struct CameraValue {
+    std::string key;
+    std::string value;
+};
+
+/// The text of a site file with keys of cameras.CAMERA replaced, added after the others, or removed. An error if there is no such camera.
+Result<std::string> with_camera_values(std::string_view text, const std::string& camera, const std::vector<CameraValue>& values);
 
 /// Does that to a file. The file as it was is kept beside it, its name followed by the date and time; returns that name. Nothing is
 /// changed unless all of it can be written.
-Result<std::filesystem::path> write_mount(const std::filesystem::path& file, const std::string& camera, const Mount& mount);
+Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::string& camera, const std::vector<CameraValue>& values);
 
 }  // namespace roomfix

@@ -44,12 +44,21 @@ std::optional<Matrix6d> read_covariance(YamlReader& reader, const YAML::Node& no
     return p;
 }
 
-std::optional<Placement> read_known_pose(YamlReader& reader, const YAML::Node& node, const std::string& what) {
-    if (!reader.map(node, what, {"position", "quaternion", "covariance"})) return std::nullopt;
+/// How a pose moves with `count` intrinsics, if that is stated; zero otherwise.
+PoseByIntrinsics read_by_intrinsics(YamlReader& reader, const YAML::Node& node, int count, const std::string& what) {
+    PoseByIntrinsics by = PoseByIntrinsics::Zero();
+    const auto numbers = reader.numbers(node["by_intrinsics"], what + ".by_intrinsics", static_cast<std::size_t>(6 * count), -1e9, 1e9);
+    if (!numbers) return by;
+    by.leftCols(count) = Eigen::Map<const Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>(numbers->data(), 6, count);
+    return by;
+}
+
+std::optional<Placement> read_known_pose(YamlReader& reader, const YAML::Node& node, int intrinsics, const std::string& what) {
+    if (!reader.map(node, what, {"position", "quaternion", "covariance", "by_intrinsics"})) return std::nullopt;
     const auto pose = read_pose(reader, node, what);
     const auto covariance = read_covariance(reader, node, what);
     if (!pose) return std::nullopt;
-    return KnownPose{{*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value()};
+    return KnownPose{{*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value(), read_by_intrinsics(reader, node, intrinsics, what)};
 }
 
 std::optional<Placement> read_floor_points(YamlReader& reader, const YAML::Node& node, const YAML::Node& sigma, const std::string& what) {
@@ -66,7 +75,7 @@ std::optional<Placement> read_floor_points(YamlReader& reader, const YAML::Node&
     return floor;
 }
 
-std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& node, int intrinsics, const std::string& what) {
     std::vector<std::string> given;
     for (const char* key : {"pose", "floor_points", "mount", "height"}) {
         if (node[key].IsDefined()) given.emplace_back(key);
@@ -77,15 +86,16 @@ std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& no
         return std::nullopt;
     }
     const std::string inner = what + "." + given[0];
-    if (given[0] == "pose") return read_known_pose(reader, node["pose"], inner);
+    if (given[0] == "pose") return read_known_pose(reader, node["pose"], intrinsics, inner);
     if (given[0] == "floor_points") return read_floor_points(reader, node["floor_points"], node["floor_points_sigma"], inner);
     if (given[0] == "mount") {
-        if (!reader.map(node["mount"], inner, {"robot", "position", "quaternion", "covariance"})) return std::nullopt;
+        if (!reader.map(node["mount"], inner, {"robot", "position", "quaternion", "covariance", "by_intrinsics"})) return std::nullopt;
         const auto robot = reader.text(reader.required(node["mount"], "robot", inner), inner + ".robot");
         const auto pose = read_pose(reader, node["mount"], inner);
         const auto covariance = read_covariance(reader, node["mount"], inner);
         if (!robot || !pose) return std::nullopt;
-        return Mount{*robot, {*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value()};
+        return Mount{
+            *robot, {*pose, covariance.value_or(Matrix6d::Zero())}, covariance.has_value(), read_by_intrinsics(reader, node["mount"], intrinsics, inner)};
     }
     KnownHeight known;
     known.height = reader.number(node["height"], inner, 0, tallest).value_or(1);
@@ -94,11 +104,52 @@ std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& no
     return known;
 }
 
+/// The lens: which model, its numbers, and how well they are known.
+void read_lens(YamlReader& reader, const YAML::Node& node, const std::string& what, SiteCamera& camera) {
+    CameraModel& model = camera.model;
+    const YAML::Node intrinsics = reader.required(node, "intrinsics", what);
+    const bool is_map = intrinsics.IsDefined() && reader.map(intrinsics, what + ".intrinsics", {"fx", "fy", "cx", "cy", "covariance"});
+    if (is_map) {
+        const auto value = [&](const char* key, double least) {
+            const std::string name = what + ".intrinsics." + key;
+            return reader.number(reader.required(intrinsics, key, what + ".intrinsics"), name, least, 1e6).value_or(1);
+        };
+        model = {0, 0, value("fx", 1e-3), value("fy", 1e-3), value("cx", -1e6), value("cy", -1e6)};
+    }
+    if (const auto name = reader.text(node["distortion_model"], what + ".distortion_model")) {
+        const auto kind = distortion_named(*name);
+        if (!kind) {
+            reader.error(node["distortion_model"],
+                         fmt::format("{}.distortion_model is '{}': write plumb_bob, rational_polynomial or equidistant (fisheye)", what, *name));
+        }
+        model.kind = kind.value_or(Distortion::plumb_bob);
+    }
+    const auto numbers = static_cast<std::size_t>(distortion_count(model.kind));
+    if (const auto d = reader.numbers(node["distortion"], what + ".distortion", numbers, -1e4, 1e4)) {
+        std::copy(d->begin(), d->end(), model.distortion.begin());
+    }
+    if (!is_map) return;
+    const int count = model.intrinsics_count();
+    const auto c = reader.numbers(intrinsics["covariance"], what + ".intrinsics.covariance", static_cast<std::size_t>(count * count), -1e12, 1e12);
+    if (!c) return;
+    const Eigen::MatrixXd p = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(c->data(), count, count);
+    // The numbers are of very different sizes: compared as correlations.
+    const Eigen::VectorXd sigma = p.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(1e-300);
+    const Eigen::MatrixXd correlation = sigma.cwiseInverse().asDiagonal() * p * sigma.cwiseInverse().asDiagonal();
+    const bool symmetric = (correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= 1e-6;
+    if (!symmetric || p.diagonal().minCoeff() < 0 || Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues()[0] < -1e-6) {
+        reader.error(intrinsics["covariance"],
+                     what + ".intrinsics.covariance is not symmetric and positive: write it row by row, order fx, fy, cx, cy, then the distortion's numbers");
+        return;
+    }
+    camera.intrinsics_covariance.topLeftCorner(count, count) = p;
+}
+
 void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "cameras." + id;
     if (!reader.map(node, what,
-                    {"source", "size", "intrinsics", "distortion", "pose", "floor_points", "floor_points_sigma", "mount", "height", "height_sigma", "robot",
-                     "background", "time_offset_sigma"})) {
+                    {"source", "size", "intrinsics", "distortion", "distortion_model", "pose", "floor_points", "floor_points_sigma", "mount", "height",
+                     "height_sigma", "robot", "background", "time_offset_sigma"})) {
         return;
     }
     SiteCamera camera;
@@ -107,25 +158,15 @@ void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& no
     camera.time_offset_sigma = reader.number(node["time_offset_sigma"], what + ".time_offset_sigma", 0, 10).value_or(0);
     camera.background = reader.text(node["background"], what + ".background").value_or("");
     const auto size = reader.numbers(reader.required(node, "size", what), what + ".size", 2, 1, 32768);
-    const YAML::Node intrinsics = reader.required(node, "intrinsics", what);
-    if (intrinsics.IsDefined() && reader.map(intrinsics, what + ".intrinsics", {"fx", "fy", "cx", "cy"})) {
-        const auto value = [&](const char* key, double least) {
-            const std::string name = what + ".intrinsics." + key;
-            return reader.number(reader.required(intrinsics, key, what + ".intrinsics"), name, least, 1e6).value_or(1);
-        };
-        camera.model = {0, 0, value("fx", 1e-3), value("fy", 1e-3), value("cx", -1e6), value("cy", -1e6)};
-    }
-    if (const auto d = reader.numbers(node["distortion"], what + ".distortion", 5, -1e4, 1e4)) {
-        std::copy(d->begin(), d->end(), camera.model.distortion.begin());
-    }
+    read_lens(reader, node, what, camera);
     if (size) {
         camera.model.width = static_cast<int>((*size)[0]);
         camera.model.height = static_cast<int>((*size)[1]);
     }
     camera.model.prepare();
-    const auto placement = read_placement(reader, node, what);
+    const auto placement = read_placement(reader, node, camera.model.intrinsics_count(), what);
     if (placement) camera.placement = *placement;
-    if (const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement); placement && floor && size && intrinsics.IsDefined()) {
+    if (const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement); placement && floor && size && node["intrinsics"].IsDefined()) {
         std::string note;
         const auto view = fixed_view(camera, &note);
         if (!view) reader.error(node["floor_points"], view.error().message);

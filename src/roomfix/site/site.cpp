@@ -12,8 +12,17 @@ std::string resolved_path(const Site& site, const std::string& path) {
     return (site.folder / path).lexically_normal().string();
 }
 
+IntrinsicsErrors SiteCamera::intrinsics_errors() const {
+    IntrinsicsErrors errors{intrinsics_covariance};
+    if (const auto* known = std::get_if<KnownPose>(&placement)) errors.pose_by = known->by_intrinsics;
+    if (const auto* mount = std::get_if<Mount>(&placement)) errors.pose_by = mount->by_intrinsics;
+    return errors;
+}
+
+CameraOnRobot camera_on_robot(const SiteCamera& camera, const Mount& mount) { return {camera.model, mount.robot_from_camera, camera.intrinsics_errors()}; }
+
 Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
-    if (const auto* known = std::get_if<KnownPose>(&camera.placement)) return View{camera.model, known->map_from_camera};
+    if (const auto* known = std::get_if<KnownPose>(&camera.placement)) return View{camera.model, known->map_from_camera, camera.intrinsics_errors()};
     if (const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement)) {
         auto solved = camera_pose_from_floor_points(camera.model, floor->points, floor->sigma);
         if (!solved) return Error{fmt::format("camera {}: {}", camera.id, solved.error().message)};
@@ -21,7 +30,7 @@ Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
             *note = fmt::format("camera {}: the floor points disagree by {:.1f} px rms; point {} is off by {:.1f} px: check it", camera.id, solved->rms,
                                 solved->worst + 1, solved->worst_error);
         }
-        return View{camera.model, solved->map_from_camera};
+        return View{camera.model, solved->map_from_camera, {camera.intrinsics_covariance, solved->by_intrinsics}};
     }
     return Error{fmt::format("camera {} is not fixed in the map: only a camera with 'pose' or 'floor_points' can watch robots", camera.id)};
 }

@@ -12,6 +12,7 @@
 
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/geometry/floor_points.hpp"
+#include "roomfix/geometry/onboard_view.hpp"
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/geometry/view.hpp"
 
@@ -19,8 +20,9 @@ namespace roomfix {
 
 /// Where a fixed camera is: its pose, with the covariance where the file states one.
 struct KnownPose {
-    UncertainPose3 map_from_camera;
+    UncertainPose3 map_from_camera;  // its covariance: as if the intrinsics were exact
     bool has_covariance = false;
+    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();  // how the pose moves with the intrinsics that it was found with
 };
 
 /// Where a fixed camera is, told by points on the floor.
@@ -34,6 +36,7 @@ struct Mount {
     std::string robot;
     UncertainPose3 robot_from_camera;
     bool has_covariance = false;
+    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();
 };
 
 /// A camera of which only the height is known.
@@ -50,8 +53,12 @@ struct SiteCamera {
     std::string source;  // as written; resolve with source_path()
     CameraModel model;
     Placement placement;
-    std::string background;        // as written; empty: learn from the source itself
-    double time_offset_sigma = 0;  // s: how far its time stamps may be off; 0: not at all
+    std::string background;                                             // as written; empty: learn from the source itself
+    double time_offset_sigma = 0;                                       // s: how far its time stamps may be off; 0: not at all
+    IntrinsicsMatrix intrinsics_covariance = IntrinsicsMatrix::Zero();  // zero where the file states none
+
+    /// All that the file says about the errors of the intrinsics.
+    IntrinsicsErrors intrinsics_errors() const;
 };
 
 struct Box {
@@ -164,6 +171,9 @@ struct Site {
         return std::nullopt;
     }
 };
+
+/// A camera on a robot, as its observers and the tracker need it.
+CameraOnRobot camera_on_robot(const SiteCamera& camera, const Mount& mount);
 
 /// A path of the site file, made absolute by the site's folder. Devices and addresses (/dev/..., rtsp://...) stay.
 std::string resolved_path(const Site& site, const std::string& path);

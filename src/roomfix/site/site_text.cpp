@@ -16,7 +16,7 @@ std::string list_text(const Range& values) {
     return text + "]";
 }
 
-std::string pose_text(const Eigen::Isometry3d& pose) {
+std::string transform_text(const Eigen::Isometry3d& pose) {
     const Eigen::Quaterniond q(pose.linear());
     const Eigen::Vector3d p = pose.translation();
     return fmt::format("position: {}, quaternion: {}", list_text(std::array{p.x(), p.y(), p.z()}), list_text(std::array{q.x(), q.y(), q.z(), q.w()}));
@@ -27,10 +27,16 @@ std::string covariance_text(const Matrix6d& covariance) {
     return ", covariance: " + list_text(std::vector<double>(p.data(), p.data() + 36));
 }
 
+std::string by_intrinsics_text(const PoseByIntrinsics& by, int count) {
+    if (by.isZero(0)) return "";
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor> rows = by.leftCols(count);
+    return ", by_intrinsics: " + list_text(std::span(rows.data(), static_cast<std::size_t>(rows.size())));
+}
+
 struct PlacementText {
-    std::string operator()(const KnownPose& known) const {
-        return "    pose: {" + pose_text(known.map_from_camera.pose) + (known.has_covariance ? covariance_text(known.map_from_camera.covariance) : "") + "}\n";
-    }
+    const CameraModel& model;
+
+    std::string operator()(const KnownPose& known) const { return "    pose: " + roomfix::pose_text(known, model) + "\n"; }
     std::string operator()(const KnownFloorPoints& floor) const {
         std::string text = fmt::format("    floor_points_sigma: {}\n    floor_points:\n", number_text(floor.sigma));
         for (const FloorPoint& p : floor.points) {
@@ -38,7 +44,7 @@ struct PlacementText {
         }
         return text;
     }
-    std::string operator()(const Mount& mount) const { return "    mount: " + mount_text(mount) + "\n"; }
+    std::string operator()(const Mount& mount) const { return "    mount: " + mount_text(mount, model) + "\n"; }
     std::string operator()(const KnownHeight& known) const {
         return fmt::format("    height: {}\n    height_sigma: {}\n{}", number_text(known.height), number_text(known.sigma),
                            known.robot.empty() ? "" : "    robot: " + known.robot + "\n");
@@ -48,9 +54,10 @@ struct PlacementText {
 std::string camera_text(const SiteCamera& camera) {
     const CameraModel& m = camera.model;
     std::string text = fmt::format("  {}:\n    source: {}\n    size: [{}, {}]\n", camera.id, camera.source, m.width, m.height);
-    text += fmt::format("    intrinsics: {{fx: {}, fy: {}, cx: {}, cy: {}}}\n    distortion: {}\n", number_text(m.fx), number_text(m.fy), number_text(m.cx),
-                        number_text(m.cy), list_text(std::span(m.distortion).first(static_cast<std::size_t>(distortion_count(m.kind)))));
-    text += std::visit(PlacementText{}, camera.placement);
+    text += "    intrinsics: " + intrinsics_text(m, camera.intrinsics_covariance) + "\n";
+    if (m.kind != Distortion::plumb_bob) text += fmt::format("    distortion_model: {}\n", name_of(m.kind));
+    text += "    distortion: " + distortion_text(m) + "\n";
+    text += std::visit(PlacementText{camera.model}, camera.placement);
     if (camera.time_offset_sigma > 0) text += "    time_offset_sigma: " + number_text(camera.time_offset_sigma) + "\n";
     if (!camera.background.empty()) text += "    background: " + camera.background + "\n";
     return text;
@@ -105,9 +112,30 @@ std::string landmark_text(const SiteLandmark& landmark) {
 
 }  // namespace
 
-std::string mount_text(const Mount& mount) {
-    return fmt::format("{{robot: {}, {}{}}}", mount.robot, pose_text(mount.robot_from_camera.pose),
-                       mount.has_covariance ? covariance_text(mount.robot_from_camera.covariance) : "");
+std::string mount_text(const Mount& mount, const CameraModel& model) {
+    return fmt::format("{{robot: {}, {}{}{}}}", mount.robot, transform_text(mount.robot_from_camera.pose),
+                       mount.has_covariance ? covariance_text(mount.robot_from_camera.covariance) : "",
+                       by_intrinsics_text(mount.by_intrinsics, model.intrinsics_count()));
+}
+
+std::string pose_text(const KnownPose& known, const CameraModel& model) {
+    return fmt::format("{{{}{}{}}}", transform_text(known.map_from_camera.pose), known.has_covariance ? covariance_text(known.map_from_camera.covariance) : "",
+                       by_intrinsics_text(known.by_intrinsics, model.intrinsics_count()));
+}
+
+std::string intrinsics_text(const CameraModel& model, const IntrinsicsMatrix& covariance) {
+    std::string text =
+        fmt::format("{{fx: {}, fy: {}, cx: {}, cy: {}", number_text(model.fx), number_text(model.fy), number_text(model.cx), number_text(model.cy));
+    if (!covariance.isZero(0)) {
+        const int count = model.intrinsics_count();
+        const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows = covariance.topLeftCorner(count, count);
+        text += ", covariance: " + list_text(std::span(rows.data(), static_cast<std::size_t>(rows.size())));
+    }
+    return text + "}";
+}
+
+std::string distortion_text(const CameraModel& model) {
+    return list_text(std::span(model.distortion).first(static_cast<std::size_t>(distortion_count(model.kind))));
 }
 
 std::string site_text(const Site& site) {

@@ -10,7 +10,10 @@ namespace roomfix {
 /// YAML of format 1 that parse_site() reads back to the same site. Numbers are written in full.
 std::string site_text(const Site& site);
 
-/// The value of a camera's `mount` key, on one line: {robot: ..., position: ..., quaternion: ..., covariance: ...}.
-std::string mount_text(const Mount& mount);
+/// Values of a camera's keys `mount`, `pose`, `intrinsics` and `distortion`, each on one line.
+std::string mount_text(const Mount& mount, const CameraModel& model);
+std::string pose_text(const KnownPose& known, const CameraModel& model);
+std::string intrinsics_text(const CameraModel& model, const IntrinsicsMatrix& covariance);
+std::string distortion_text(const CameraModel& model);
 
 }  // namespace roomfix

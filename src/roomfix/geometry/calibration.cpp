@@ -1,0 +1,55 @@
+#include "roomfix/geometry/calibration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace roomfix {
+namespace {
+
+template <int N>
+Eigen::Matrix<double, N, N> symmetric_root(const Eigen::Matrix<double, N, N>& covariance) {
+    const Eigen::LDLT<Eigen::Matrix<double, N, N>> factor(covariance);
+    return factor.transpositionsP().transpose() * (factor.matrixL().toDenseMatrix() * factor.vectorD().cwiseMax(0).cwiseSqrt().asDiagonal());
+}
+
+}  // namespace
+
+Matrix6d root_of(const Matrix6d& covariance) { return symmetric_root<6>(covariance); }
+
+CameraErrors joint_covariance(const Matrix6d& pose, const IntrinsicsErrors& intrinsics) {
+    CameraErrors joint;
+    joint.topLeftCorner<6, 6>() = pose + intrinsics.pose_by * intrinsics.covariance * intrinsics.pose_by.transpose();
+    joint.topRightCorner<6, most_intrinsics>() = intrinsics.pose_by * intrinsics.covariance;
+    joint.bottomLeftCorner<most_intrinsics, 6>() = joint.topRightCorner<6, most_intrinsics>().transpose();
+    joint.bottomRightCorner<most_intrinsics, most_intrinsics>() = intrinsics.covariance;
+    return joint;
+}
+
+CalibrationRoot calibration_root(const Matrix6d& pose, const IntrinsicsErrors& intrinsics, const Eigen::Matrix<double, Eigen::Dynamic, camera_errors>& effect) {
+    CalibrationRoot root = CalibrationRoot::Zero();
+    if (!intrinsics.any()) {
+        root.topRows<6>() = root_of(pose);
+        return root;
+    }
+    CameraErrors whole = CameraErrors::Zero();
+    const IntrinsicsMatrix own = symmetric_root<most_intrinsics>(intrinsics.covariance);
+    whole.topLeftCorner<6, 6>() = root_of(pose);
+    whole.topRightCorner<6, most_intrinsics>() = intrinsics.pose_by * own;
+    whole.bottomRightCorner<most_intrinsics, most_intrinsics>() = own;
+    // Directions of the unit errors by what they do: the strongest come last.
+    const Eigen::Matrix<double, Eigen::Dynamic, camera_errors> done = effect * whole;
+    const Eigen::SelfAdjointEigenSolver<CameraErrors> directions(done.transpose() * done);
+    return whole * directions.eigenvectors().rightCols<6>();
+}
+
+Eigen::Matrix<double, 2, Eigen::Dynamic> spread_pixels(const CameraModel& model) {
+    constexpr int across = 9, down = 7;
+    Eigen::Matrix<double, 2, Eigen::Dynamic> pixels(2, across * down);
+    for (int i = 0; i < across * down; ++i) {
+        const double u = (i % across + 0.5) / across, v = (i / across + 0.5) / down;
+        pixels.col(i) << u * (model.width - 1), v * (model.height - 1);
+    }
+    return pixels;
+}
+
+}  // namespace roomfix
