@@ -1,78 +1,50 @@
+#include "calibrate.hpp"
+
 #include <fmt/format.h>
 
-#include <memory>
-
 #include "commands.hpp"
-#include "roomfix/pipeline/mount_session.hpp"
-#include "roomfix/site/edit_site.hpp"
-#include "roomfix/site/load_site.hpp"
-#include "roomfix/site/site_text.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
 namespace {
 
-struct MountArguments {
-    std::string site;
-    std::string camera;
-    std::string frames;
-    double position_sigma_mm = 5;
-    bool write = false;
-};
-
-void print(const MountCalibration& found, const std::string& camera) {
-    fmt::print("camera {}: {} pictures over {:.0f} deg of turning, residual {:.3f} px rms, the robot kept to the spot within {:.1f} mm\n", camera, found.frames,
-               degrees(found.turned), found.pixel_rms, 1e3 * found.spot_sigma);
-    fmt::print("  tilt {:.3f} deg +- {:.3f} deg\n", degrees(found.tilt), degrees(found.tilt_sigma));
-    fmt::print("  with the mount of the site file, fixes under this ceiling are off by {:.2f} cm\n", 100 * found.offset);
-    for (const std::string& what : found.not_observed) fmt::print("  not to be seen in this session: {}; the site file's value is kept\n", what);
-}
-
-int calibrate_mount_command(const MountArguments& arguments) {
-    const auto give_up = [](const Error& error) {
-        complain(error.message);
-        return bad_input;
-    };
-    const auto site = load_site(arguments.site);
-    if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
-    const SiteCamera* camera = site->camera(arguments.camera);
-    if (!camera) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
-    const MountSettings settings{.position_sigma = 1e-3 * arguments.position_sigma_mm};
-    const std::string frames = arguments.frames.empty() ? resolved_path(*site, camera->source) : arguments.frames;
-    const auto found = calibrate_mount_from(*site, *camera, frames, settings, progress_bar("looking for landmarks"));
-    if (!found) return give_up(found.error());
-    print(*found, camera->id);
-    Mount mount = std::get<Mount>(camera->placement);
-    mount.robot_from_camera = found->robot_from_camera;
-    mount.has_covariance = true;
-    if (!arguments.write) {
-        fmt::print("    mount: {}\n", mount_text(mount, camera->model));
-        say("not written; --write puts it into the site file");
-        return done;
-    }
-    const auto copy = write_camera_values(arguments.site, camera->id, {{"mount", mount_text(mount, camera->model)}});
-    if (!copy) return give_up(copy.error());
-    say(fmt::format("{}: mount of camera {} written; the file as it was is {}", arguments.site, camera->id, copy->string()));
-    return done;
-}
+constexpr double clearly_worse = 1.05;  // times
 
 }  // namespace
+
+void add_write_options(CLI::App& command, WriteOptions& options) {
+    command.add_flag("--write", options.write, "write the result into the site file; the old file is kept with its date");
+    command.add_flag("--force", options.force, "write it even if the site file has a better one");
+}
+
+int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
+                  const WriteOptions& options) {
+    if (!options.write) {
+        for (const CameraValue& v : values) {
+            if (!v.value.empty()) fmt::print("    {}: {}\n", v.key, v.value);
+        }
+        if (!site_file.empty()) say("not written; --write puts it into the site file");
+        return done;
+    }
+    if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
+        complain(fmt::format("not written: the site file has a better calibration of camera {} ({:.3g} against {:.3g} {}); --force replaces it", camera,
+                             quality.before, quality.now, quality.what));
+        return failed;
+    }
+    const auto copy = write_camera_values(site_file, camera, values);
+    if (!copy) {
+        complain(copy.error().message);
+        return bad_input;
+    }
+    say(fmt::format("{}: camera {} written; the file as it was is {}", site_file, camera, copy->string()));
+    return done;
+}
 
 void add_calibrate(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("calibrate", "measures what a site file should say");
     command->require_subcommand(1);
-    auto* mount =
-        command->add_subcommand("mount", "a camera's tilt and place on its robot, from pictures taken while the robot turns on the spot below a landmark");
-    auto arguments = std::make_shared<MountArguments>();
-    mount->add_option("SITE", arguments->site, "site file")->required();
-    mount->add_option("--camera", arguments->camera, "camera with a 'mount'")->required();
-    mount->add_option("--frames", arguments->frames, "folder or video of the turn (default: the camera's source)");
-    mount->add_option("--position-sigma", arguments->position_sigma_mm, "mm: how well its place on the robot was measured")
-        ->capture_default_str()
-        ->check(CLI::Range(0.01, 1000.0));
-    mount->add_flag("--write", arguments->write, "write the result into the site file; the old file is kept with its date");
-    mount->footer("Example: roomfix simulate kim2011-spin -o /tmp/spin && roomfix calibrate mount /tmp/spin/site.yaml --camera up");
-    mount->callback([=, &exit_code] { exit_code = calibrate_mount_command(*arguments); });
+    add_calibrate_lens(*command, exit_code);
+    add_calibrate_mount(*command, exit_code);
 }
 
 }  // namespace roomfix

@@ -1,0 +1,34 @@
+// The parts of `roomfix calibrate`, and what they share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "roomfix/site/edit_site.hpp"
+
+namespace roomfix {
+
+void add_calibrate_lens(CLI::App& calibrate, int& exit_code);
+void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
+
+/// How `--write` goes about it.
+struct WriteOptions {
+    bool write = false;
+    bool force = false;
+};
+/// Adds --write and --force.
+void add_write_options(CLI::App& command, WriteOptions& options);
+
+/// A calibration's expected error, in a unit that the sentence names; 0: the site file does not state one.
+struct Quality {
+    double before = 0, now = 0;
+    std::string what;  // such as "px over the picture"
+};
+
+/// Puts values into the site file, or prints them where that was not asked for. Refuses to replace a better calibration by a worse one
+/// without --force. Returns the exit code.
+int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
+                  const WriteOptions& options);
+
+}  // namespace roomfix

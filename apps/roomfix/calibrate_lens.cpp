@@ -1,0 +1,175 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <memory>
+
+#include "calibrate.hpp"
+#include "commands.hpp"
+#include "roomfix/calibrate/lens_report.hpp"
+#include "roomfix/connect/camera_info.hpp"
+#include "roomfix/connect/frame_source.hpp"
+#include "roomfix/site/load_site.hpp"
+#include "roomfix/site/site_text.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Arguments {
+    std::vector<std::string> pictures;
+    std::string board = "9x6";
+    double square_mm = 25;
+    std::string model = "plumb_bob";
+    std::string report, camera_info, from, print_board;
+    std::string site, camera;
+    WriteOptions write;
+};
+
+int give_up(const Error& error) {
+    complain(error.message);
+    return bad_input;
+}
+
+bool write_text(const std::string& file, const std::string& text) {
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    if (stream.flush()) return true;
+    complain(file + ": cannot be written: check that the folder exists");
+    return false;
+}
+
+Result<Chessboard> board_of(const Arguments& arguments) {
+    Chessboard board;
+    char x = 0;
+    int end = 0;
+    if (std::sscanf(arguments.board.c_str(), "%d%c%d%n", &board.columns, &x, &board.rows, &end) != 3 || x != 'x' ||
+        end != static_cast<int>(arguments.board.size()) || std::min(board.columns, board.rows) < 3 || std::max(board.columns, board.rows) > 60) {
+        return Error{fmt::format("--board {}: write its inner corners, such as 9x6 (3 to 60 each)", arguments.board)};
+    }
+    board.square = 1e-3 * arguments.square_mm;
+    return board;
+}
+
+/// All pictures of files, folders and videos.
+Result<std::vector<BoardShot>> shots_of(const Arguments& arguments, const Chessboard& board, int& width, int& height) {
+    std::vector<BoardShot> shots;
+    LumaImage sharpest;  // the last one without a board, to look for another
+    const auto progress = progress_bar("looking for the board");
+    for (std::size_t i = 0; i < arguments.pictures.size(); ++i) {
+        auto source = open_source(arguments.pictures[i]);
+        if (!source) return source.error();
+        if ((*source)->live()) return Error{arguments.pictures[i] + ": take pictures first; a live camera has no end"};
+        SourceFrame frame;
+        for (;;) {
+            const auto more = (*source)->next(frame);
+            if (!more) {
+                shots.push_back({arguments.pictures[i], {}, 0, 0, more.error().message});
+                continue;
+            }
+            if (!*more) break;
+            if (width == 0) width = frame.image.width(), height = frame.image.height();
+            if (frame.image.width() != width || frame.image.height() != height) {
+                return Error{fmt::format("{} is {} x {} pixels, the pictures before it are {} x {}: calibrate one resolution at a time", frame.name,
+                                         frame.image.width(), frame.image.height(), width, height)};
+            }
+            shots.push_back(find_chessboard(frame.image, board, frame.name));
+            if (shots.back().corners.empty()) sharpest = copy_of(frame.image);
+        }
+        progress(static_cast<double>(i + 1) / static_cast<double>(arguments.pictures.size()));
+    }
+    const bool found = std::any_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
+    if (!found && !sharpest.empty()) {
+        if (const auto other = other_board_in(sharpest, board)) {
+            return Error{fmt::format("no board with {}x{} inner corners in any picture, but one with {}x{}: give --board {}x{}", board.columns, board.rows,
+                                     other->columns, other->rows, other->columns, other->rows)};
+        }
+    }
+    return shots;
+}
+
+/// Puts a lens into the site file, or prints it.
+int give_to_site(const Arguments& arguments, const CameraModel& found, const IntrinsicsMatrix& covariance) {
+    CameraModel model = found;
+    IntrinsicsMatrix known = covariance;
+    Quality quality{.what = "px expected error over the picture"};
+    if (!arguments.site.empty()) {
+        const auto site = load_site(arguments.site);
+        if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
+        const SiteCamera* camera = site->camera(arguments.camera);
+        if (camera == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
+        if (camera->model.width != model.width || camera->model.height != model.height) {
+            const auto scaled = rescaled(model, camera->model.width, camera->model.height);
+            if (!scaled) {
+                return give_up(Error{fmt::format("the calibration is for {} x {} pixels, camera {} has {} x {}: another shape, so another part of the picture; "
+                                                 "calibrate at the camera's own resolution",
+                                                 model.width, model.height, camera->id, camera->model.width, camera->model.height)});
+            }
+            known = rescaled(covariance, model, *scaled);
+            say(fmt::format("scaled from {} x {} to the camera's {} x {} pixels", model.width, model.height, scaled->width, scaled->height));
+            model = *scaled;
+        }
+        const auto everywhere = spread_pixels(model);
+        const auto rms = [](const Eigen::VectorXd& errors) { return std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size())); };
+        if (!camera->intrinsics_covariance.isZero(0)) quality.before = rms(predicted_error(camera->model, camera->intrinsics_covariance, everywhere));
+        // A calibration without a covariance cannot be the better one.
+        quality.now = known.isZero(0) ? 1e9 : rms(predicted_error(model, known, everywhere));
+    }
+    const std::string kind = model.kind == Distortion::plumb_bob ? "" : name_of(model.kind);
+    return write_or_show(arguments.site, arguments.camera,
+                         {{"intrinsics", intrinsics_text(model, known)}, {"distortion_model", kind}, {"distortion", distortion_text(model)}}, quality, arguments.write);
+}
+
+int calibrate_lens_command(const Arguments& arguments) {
+    const auto board = board_of(arguments);
+    if (!board) return give_up(board.error());
+    if (!arguments.print_board.empty()) {
+        if (!write_text(arguments.print_board, board_svg(*board))) return failed;
+        say(fmt::format("{}: print it at 100 %, check the ruler, and glue it onto something flat", arguments.print_board));
+        if (arguments.pictures.empty()) return done;
+    }
+    if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
+    if (!arguments.from.empty()) {
+        const auto info = load_camera_info(arguments.from);
+        if (!info) return give_up(info.error());
+        return give_to_site(arguments, info->model, IntrinsicsMatrix::Zero());
+    }
+    if (arguments.pictures.empty()) return give_up(Error{"no pictures: give files, a folder or a video of the board, or --from a camera_info file"});
+    int width = 0, height = 0;
+    auto shots = shots_of(arguments, *board, width, height);
+    if (!shots) return give_up(shots.error());
+    const auto lens = calibrate_lens(std::move(*shots), width, height, *board, {.kind = *distortion_named(arguments.model)});
+    if (!lens) return give_up(lens.error());
+    fmt::print("{}", text_of(*lens));
+    const std::string name = arguments.camera.empty() ? "camera" : arguments.camera;
+    if (!arguments.report.empty()) {
+        if (!write_text(arguments.report, html_of(*lens, *board, "Lens of " + name))) return failed;
+        say("report: " + arguments.report);
+    }
+    if (!arguments.camera_info.empty() && !write_text(arguments.camera_info, camera_info_text({name, lens->model}))) return failed;
+    return give_to_site(arguments, lens->model, lens->covariance);
+}
+
+}  // namespace
+
+void add_calibrate_lens(CLI::App& calibrate, int& exit_code) {
+    auto* lens = calibrate.add_subcommand("lens", "focal length, image centre and distortion, from pictures of a chessboard");
+    auto arguments = std::make_shared<Arguments>();
+    lens->add_option("PICTURES", arguments->pictures, "pictures, folders or videos of the board");
+    lens->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
+    lens->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
+    lens->add_option("--model", arguments->model, "kind of lens")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));
+    lens->add_option("--report", arguments->report, "page to write: numbers, shots, coverage, expected error");
+    lens->add_option("--camera-info", arguments->camera_info, "file to write, as ROS reads it");
+    lens->add_option("--from", arguments->from, "take the lens from a camera_info file of ROS or a file of OpenCV instead of pictures");
+    lens->add_option("--print-board", arguments->print_board, "SVG file to write: the board, with a ruler");
+    auto* site = lens->add_option("--site", arguments->site, "site file");
+    lens->add_option("--camera", arguments->camera, "camera of the site file")->needs(site);
+    add_write_options(*lens, arguments->write);
+    lens->footer("Example: roomfix calibrate lens --print-board board.svg   ...then:   roomfix calibrate lens pictures/ --square-mm 25 --report lens.html");
+    lens->callback([=, &exit_code] { exit_code = calibrate_lens_command(*arguments); });
+}
+
+}  // namespace roomfix

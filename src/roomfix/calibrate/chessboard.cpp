@@ -1,0 +1,150 @@
+#include "roomfix/calibrate/chessboard.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "roomfix/base/number.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double blurred_by_median = 1.7;  // times the median of all shots' edges
+constexpr double blurred_by_square = 0.25; // part of a square that an edge may take
+constexpr double sharp_enough = 4;         // px: never too wide
+constexpr double same_place = 0.015;       // of the diagonal, rms over the corners
+
+cv::Mat mat_of(LumaView picture) {
+    return {picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.data), static_cast<std::size_t>(picture.stride)};
+}
+
+/// Mean distance of neighbouring corners, and the least.
+std::pair<double, double> spacing(const std::vector<cv::Point2f>& corners, const Chessboard& board) {
+    double sum = 0, least = 1e300;
+    int count = 0;
+    const auto add = [&](int a, int b) {
+        const double distance = cv::norm(corners[static_cast<std::size_t>(a)] - corners[static_cast<std::size_t>(b)]);
+        sum += distance;
+        least = std::min(least, distance);
+        ++count;
+    };
+    for (int i = 0; i < board.corners(); ++i) {
+        if (i % board.columns + 1 < board.columns) add(i, i + 1);
+        if (i / board.columns + 1 < board.rows) add(i, i + board.columns);
+    }
+    return {sum / count, least};
+}
+
+bool detect(LumaView picture, const Chessboard& board, std::vector<cv::Point2f>& corners) {
+    return cv::findChessboardCorners(mat_of(picture), {board.columns, board.rows}, corners,
+                                     cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+}
+
+/// Root mean square distance between the corners of two shots; a board that was turned half around counts as the same.
+double distance(const BoardShot& a, const BoardShot& b) {
+    double same = 0, turned = 0;
+    const std::size_t count = a.corners.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        same += (a.corners[i] - b.corners[i]).squaredNorm();
+        turned += (a.corners[i] - b.corners[count - 1 - i]).squaredNorm();
+    }
+    return std::sqrt(std::min(same, turned) / static_cast<double>(count));
+}
+
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+    return values[values.size() / 2];
+}
+
+}  // namespace
+
+BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::string& name) {
+    BoardShot shot;
+    shot.name = name;
+    std::vector<cv::Point2f> corners;
+    if (!detect(picture, board, corners)) {
+        shot.refused = fmt::format("no board with {} x {} inner corners found", board.columns, board.rows);
+        return shot;
+    }
+    const auto [mean, least] = spacing(corners, board);
+    const int window = std::clamp(static_cast<int>(0.4 * least), 2, 11);
+    cv::cornerSubPix(mat_of(picture), corners, {window, window}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
+    shot.square_pixels = mean;
+    shot.edge_width = cv::estimateChessboardSharpness(mat_of(picture), {board.columns, board.rows}, corners)[0];
+    for (const cv::Point2f& c : corners) shot.corners.emplace_back(static_cast<double>(c.x), static_cast<double>(c.y));
+    return shot;
+}
+
+void refuse_poor_shots(std::vector<BoardShot>& shots, double diagonal) {
+    std::vector<double> widths;
+    for (const BoardShot& s : shots) {
+        if (s.refused.empty()) widths.push_back(s.edge_width);
+    }
+    if (widths.empty()) return;
+    const double usual = median(widths);
+    for (BoardShot& s : shots) {
+        if (!s.refused.empty() || s.edge_width <= sharp_enough) continue;
+        if (s.edge_width > blurred_by_median * usual || s.edge_width > blurred_by_square * s.square_pixels) {
+            s.refused = fmt::format("blurred: edges are {:.1f} px wide, those of the others {:.1f} px; hold board and camera still", s.edge_width, usual);
+        }
+    }
+    // The sharpest of those that show the same stays.
+    std::vector<BoardShot*> sharpest;
+    for (BoardShot& s : shots) {
+        if (s.refused.empty()) sharpest.push_back(&s);
+    }
+    std::stable_sort(sharpest.begin(), sharpest.end(), [](const BoardShot* a, const BoardShot* b) { return a->edge_width < b->edge_width; });
+    std::vector<const BoardShot*> kept;
+    for (BoardShot* s : sharpest) {
+        const auto like = std::find_if(kept.begin(), kept.end(), [&](const BoardShot* k) { return distance(*k, *s) < same_place * diagonal; });
+        if (like != kept.end()) {
+            s->refused = fmt::format("shows the board where {} does", (*like)->name);
+        } else {
+            kept.push_back(s);
+        }
+    }
+}
+
+std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& board) {
+    for (int far = 1; far <= 3; ++far) {
+        for (int columns = board.columns - far; columns <= board.columns + far; ++columns) {
+            for (int rows = board.rows - far; rows <= board.rows + far; ++rows) {
+                if (std::max(std::abs(columns - board.columns), std::abs(rows - board.rows)) != far || columns < 3 || rows < 3) continue;
+                const Chessboard other{columns, rows, board.square};
+                std::vector<cv::Point2f> corners;
+                if (detect(picture, other, corners)) return other;
+            }
+        }
+    }
+    return std::nullopt;
+}
+
+std::string board_svg(const Chessboard& board) {
+    const double square = 1e3 * board.square, margin = std::max(square, 10.0);
+    const double width = (board.columns + 1) * square + 2 * margin, height = (board.rows + 1) * square + 2 * margin + 22;
+    std::string squares;
+    for (int y = 0; y <= board.rows; ++y) {
+        for (int x = 0; x <= board.columns; ++x) {
+            if ((x + y) % 2 != 0) continue;
+            squares += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n", number_text(margin + x * square), number_text(margin + y * square),
+                                   number_text(square), number_text(square));
+        }
+    }
+    const double ruler_y = height - 14;
+    std::string ruler = fmt::format("<path d=\"M{} {}h100\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin), number_text(ruler_y));
+    for (int mm = 0; mm <= 100; mm += 5) {
+        ruler += fmt::format("<path d=\"M{} {}v-{}\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin + mm), number_text(ruler_y), mm % 10 == 0 ? 3 : 1.5);
+        if (mm % 20 == 0) ruler += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", number_text(margin + mm), number_text(ruler_y + 4), mm);
+    }
+    return fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"3.2\">\n"
+        "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n{2}{3}\n"
+        "<text x=\"{4}\" y=\"{5}\">{6} x {7} inner corners, squares of {8} mm. Print at 100 %: the ruler must measure 100 mm. If it does not, measure ten "
+        "squares and give their size.</text>\n</svg>\n",
+        number_text(width), number_text(height), squares, ruler, number_text(margin), number_text(height - 4), board.columns, board.rows, number_text(square));
+}
+
+}  // namespace roomfix

@@ -1,0 +1,46 @@
+// Chessboards in pictures: their inner corners, and whether a picture is good enough to calibrate with.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "roomfix/imaging/luma.hpp"
+
+namespace roomfix {
+
+/// A printed chessboard, counted by its inner corners: where four squares meet.
+struct Chessboard {
+    int columns = 9;
+    int rows = 6;
+    double square = 0.025;  // m, edge of a square
+
+    int corners() const { return columns * rows; }
+    /// Place of a corner on the board, m; corners are numbered row by row.
+    Eigen::Vector2d corner(int number) const { return {square * (number % columns), square * (number / columns)}; }
+};
+
+/// One picture of a board.
+struct BoardShot {
+    std::string name;
+    std::vector<Eigen::Vector2d> corners;  // px, row by row; empty: no board was found
+    double edge_width = 0;                 // px over which the squares' edges rise from 10 to 90 %
+    double square_pixels = 0;              // px, edge of a square in the picture, on average
+    std::string refused;                   // why the picture is not used; empty: it is
+};
+
+/// Looks for a board; corners are refined to subpixels in a window that stays within the squares around.
+BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::string& name);
+
+/// Refuses shots without a board, blurred ones (edges wider than `sharpest` times the median, or too wide for the squares), and those
+/// that show the board where a better shot does already. `diagonal`: of the picture, px.
+void refuse_poor_shots(std::vector<BoardShot>& shots, double diagonal);
+
+/// A board of another size that a picture shows, where the one that was looked for is not there.
+std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& board);
+
+/// The board as an SVG in millimetres, with a ruler to check the printer's scale. Paper sizes are up to the printer.
+std::string board_svg(const Chessboard& board);
+
+}  // namespace roomfix

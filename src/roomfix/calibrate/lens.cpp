@@ -1,0 +1,288 @@
+#include "roomfix/calibrate/lens.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <set>
+
+namespace roomfix {
+namespace {
+
+struct Solution {
+    CameraModel model;
+    std::vector<Eigen::Isometry3d> camera_from_board;  // of the shots that were used
+};
+
+Eigen::Isometry3d pose_of(const cv::Mat& rotation, const cv::Mat& translation) {
+    const auto vector = [](const cv::Mat& m) {
+        cv::Mat_<double> d;
+        m.reshape(1, 3).convertTo(d, CV_64F);
+        return Eigen::Vector3d(d(0), d(1), d(2));
+    };
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = exponential_rotation(vector(rotation));
+    pose.translation() = vector(translation);
+    return pose;
+}
+
+/// What OpenCV makes of the corners.
+Solution solve(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board, Distortion kind) {
+    std::vector<std::vector<cv::Point3d>> places;
+    std::vector<std::vector<cv::Point2d>> pixels;
+    std::vector<std::vector<cv::Point3f>> places_f;
+    std::vector<std::vector<cv::Point2f>> pixels_f;
+    for (const BoardShot* shot : used) {
+        places.emplace_back();
+        pixels.emplace_back();
+        places_f.emplace_back();
+        pixels_f.emplace_back();
+        for (int i = 0; i < board.corners(); ++i) {
+            const Eigen::Vector2d at = board.corner(i), pixel = shot->corners[static_cast<std::size_t>(i)];
+            places.back().emplace_back(at.x(), at.y(), 0);
+            pixels.back().emplace_back(pixel.x(), pixel.y());
+            places_f.back().emplace_back(static_cast<float>(at.x()), static_cast<float>(at.y()), 0.F);
+            pixels_f.back().emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+        }
+    }
+    cv::Mat matrix, distortion;
+    std::vector<cv::Mat> rotations, translations;
+    const cv::TermCriteria until{cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 200, 1e-12};
+    if (kind == Distortion::equidistant) {
+        cv::fisheye::calibrate(places, pixels, {width, height}, matrix, distortion, rotations, translations,
+                               cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW, until);
+    } else {
+        cv::calibrateCamera(places_f, pixels_f, {width, height}, matrix, distortion, rotations, translations,
+                            kind == Distortion::rational_polynomial ? cv::CALIB_RATIONAL_MODEL : 0, until);
+    }
+    Solution solution;
+    std::array<double, most_distortion> numbers = {};
+    for (int i = 0; i < distortion_count(kind); ++i) numbers[static_cast<std::size_t>(i)] = distortion.at<double>(i);
+    solution.model = make_camera_model(width, height, matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2), matrix.at<double>(1, 2),
+                                       numbers, kind);
+    for (std::size_t i = 0; i < used.size(); ++i) solution.camera_from_board.push_back(pose_of(rotations[i], translations[i]));
+    return solution;
+}
+
+/// One shot linearised: the poses are eliminated shot by shot.
+struct ShotFit {
+    Matrix6d by_pose = Matrix6d::Zero();                                         // J^T J
+    IntrinsicsMatrix by_intrinsics = IntrinsicsMatrix::Zero();                   // K^T K
+    PoseByIntrinsics mixed = PoseByIntrinsics::Zero();                           // J^T K
+    Vector6d pose_gradient = Vector6d::Zero();                                   // J^T r
+    IntrinsicsVector gradient = IntrinsicsVector::Zero();                        // K^T r
+    std::vector<Eigen::Vector2d> residuals;
+    double squares = 0;
+};
+
+std::optional<ShotFit> linearise(const CameraModel& model, const Eigen::Isometry3d& camera_from_board, const BoardShot& shot, const Chessboard& board) {
+    ShotFit fit;
+    for (int i = 0; i < board.corners(); ++i) {
+        const Eigen::Vector2d on_board = board.corner(i);
+        const Eigen::Vector3d turned = camera_from_board.linear() * Eigen::Vector3d(on_board.x(), on_board.y(), 0);
+        ProjectionJacobian by_point;
+        IntrinsicsJacobian k;
+        const auto pixel = project(model, turned + camera_from_board.translation(), &by_point, &k);
+        if (!pixel) return std::nullopt;
+        Eigen::Matrix<double, 2, 6> j;
+        j << by_point, -by_point * skew(turned);
+        const Eigen::Vector2d r = shot.corners[static_cast<std::size_t>(i)] - *pixel;
+        fit.by_pose += j.transpose() * j;
+        fit.by_intrinsics += k.transpose() * k;
+        fit.mixed += j.transpose() * k;
+        fit.pose_gradient += j.transpose() * r;
+        fit.gradient += k.transpose() * r;
+        fit.residuals.push_back(r);
+        fit.squares += r.squaredNorm();
+    }
+    return fit;
+}
+
+/// The intrinsics' information once all poses are eliminated, and its gradient.
+struct Reduced {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+    double squares = 0;
+    std::vector<ShotFit> shots;
+};
+
+std::optional<Reduced> reduce(const Solution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board) {
+    const int count = solution.model.intrinsics_count();
+    Reduced reduced{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), 0, {}};
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        auto fit = linearise(solution.model, solution.camera_from_board[i], *used[i], board);
+        if (!fit) return std::nullopt;
+        const Eigen::LDLT<Matrix6d> pose(fit->by_pose);
+        const Eigen::MatrixXd mixed = fit->mixed.leftCols(count);
+        reduced.information += fit->by_intrinsics.topLeftCorner(count, count) - mixed.transpose() * pose.solve(mixed);
+        reduced.gradient += fit->gradient.head(count) - mixed.transpose() * pose.solve(fit->pose_gradient);
+        reduced.squares += fit->squares;
+        reduced.shots.push_back(std::move(*fit));
+    }
+    return reduced;
+}
+
+/// Scaled to a unit diagonal: the numbers are of very different sizes.
+Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& information) {
+    const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd unit = scale.asDiagonal() * information * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(unit);
+    const Eigen::VectorXd inverse = spectrum.eigenvalues().cwiseMax(1e-15).cwiseInverse();
+    return scale.asDiagonal() * (spectrum.eigenvectors() * inverse.asDiagonal() * spectrum.eigenvectors().transpose()) * scale.asDiagonal();
+}
+
+/// Gauss-Newton from OpenCV's solution to the least squares of our own models. Steps that make it worse are left out.
+Reduced polish(Solution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board, Reduced at) {
+    const int count = solution.model.intrinsics_count();
+    for (int round = 0; round < 20; ++round) {
+        const Eigen::VectorXd step = scaled_inverse(at.information) * at.gradient;
+        Solution moved = solution;
+        IntrinsicsVector numbers = moved.model.intrinsics();
+        numbers.head(count) += step;
+        moved.model.set_intrinsics(numbers);
+        for (std::size_t i = 0; i < used.size(); ++i) {
+            const ShotFit& fit = at.shots[i];
+            const Vector6d d = fit.by_pose.ldlt().solve(fit.pose_gradient - fit.mixed.leftCols(count) * step);
+            moved.camera_from_board[i] = perturbed(solution.camera_from_board[i], d);
+        }
+        auto next = reduce(moved, used, board);
+        if (!next || !(next->squares <= at.squares)) break;
+        const bool settled = at.squares - next->squares < 1e-12 * at.squares;
+        solution = std::move(moved);
+        at = std::move(*next);
+        if (settled) break;
+    }
+    return at;
+}
+
+double covered(const std::vector<const BoardShot*>& used, int width, int height) {
+    std::set<std::pair<int, int>> cells;
+    for (const BoardShot* shot : used) {
+        for (const Eigen::Vector2d& c : shot->corners) cells.insert({static_cast<int>(8 * (c.x() + 0.5) / width), static_cast<int>(6 * (c.y() + 0.5) / height)});
+    }
+    return static_cast<double>(cells.size()) / 48;
+}
+
+std::string refusals(const std::vector<BoardShot>& shots) {
+    std::string text;
+    for (const BoardShot& s : shots) {
+        if (!s.refused.empty()) text += fmt::format("\n  {}: {}", s.name, s.refused);
+    }
+    return text;
+}
+
+/// A shot that fits far worse than the others, if there is one.
+BoardShot* outlier_among(std::vector<BoardShot*>& used, const Reduced& fit, double times) {
+    std::vector<double> rms;
+    for (const ShotFit& s : fit.shots) rms.push_back(std::sqrt(s.squares / static_cast<double>(s.residuals.size())));
+    std::vector<double> sorted = rms;
+    std::sort(sorted.begin(), sorted.end());
+    const double usual = sorted[sorted.size() / 2];
+    const auto worst = std::max_element(rms.begin(), rms.end());
+    if (*worst < times * usual) return nullptr;
+    BoardShot* shot = used[static_cast<std::size_t>(worst - rms.begin())];
+    shot->refused = fmt::format("its corners are off by {:.2f} px rms, those of the others by {:.2f} px: was the board bent, moving, or partly hidden?", *worst, usual);
+    return shot;
+}
+
+}  // namespace
+
+int LensCalibration::used() const {
+    return static_cast<int>(std::count_if(shots.begin(), shots.end(), [](const BoardShot& s) { return s.refused.empty(); }));
+}
+
+Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, int height, const Chessboard& board, const LensSettings& settings) {
+    refuse_poor_shots(shots, std::hypot(width, height));
+    const bool none = std::none_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
+    if (none) return Error{fmt::format("no picture shows a board with {} x {} inner corners: count where four squares meet", board.columns, board.rows)};
+    LensCalibration result;
+    Solution solution;
+    std::optional<Reduced> fit;
+    std::vector<BoardShot*> used;
+    for (;;) {
+        used.clear();
+        for (BoardShot& s : shots) {
+            if (s.refused.empty()) used.push_back(&s);
+        }
+        if (static_cast<int>(used.size()) < settings.least_shots) {
+            return Error{fmt::format("{} good shots, {} or more are needed: show the board near, far, in the corners and tilted{}", used.size(),
+                                     settings.least_shots, refusals(shots))};
+        }
+        const std::vector<const BoardShot*> all(used.begin(), used.end());
+        try {
+            solution = solve(all, width, height, board, settings.kind);
+        } catch (const cv::Exception&) {
+            return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
+                                     name_of(settings.kind))};
+        }
+        fit = reduce(solution, all, board);
+        if (!fit) return Error{fmt::format("no lens of the kind {} explains these shots: try another --model", name_of(settings.kind))};
+        fit = polish(solution, all, board, std::move(*fit));
+        if (outlier_among(used, *fit, settings.outlier) == nullptr) break;
+    }
+    const std::vector<const BoardShot*> all(used.begin(), used.end());
+    const int count = solution.model.intrinsics_count();
+    const double measured = 2.0 * board.corners() * static_cast<double>(all.size());
+    const double freedom = measured - 6.0 * static_cast<double>(all.size()) - count;
+    if (freedom < 1) return Error{"too few corners for so many unknowns: take more shots, or a board with more squares"};
+    result.model = solution.model;
+    result.rms = std::sqrt(fit->squares / (measured / 2));
+    result.sigma = std::sqrt(fit->squares / freedom);
+    result.covariance.topLeftCorner(count, count) = result.sigma * result.sigma * scaled_inverse(fit->information);
+    result.coverage = covered(all, width, height);
+    const double focal_sigma = std::max(std::sqrt(result.covariance(0, 0)) / result.model.fx, std::sqrt(result.covariance(1, 1)) / result.model.fy);
+    if (!(focal_sigma < settings.worst_focal_sigma)) {
+        return Error{fmt::format("these shots do not tell the focal length (known to {:.0f} %): show the board tilted by 30 to 45 degrees, in several directions{}",
+                                 100 * focal_sigma, refusals(shots))};
+    }
+    std::size_t next = 0;
+    for (const BoardShot& s : shots) {
+        const bool good = s.refused.empty();
+        const ShotFit* own = good ? &fit->shots[next] : nullptr;
+        result.shot_rms.push_back(good ? std::sqrt(own->squares / board.corners()) : 0);
+        result.residuals.push_back(good ? own->residuals : std::vector<Eigen::Vector2d>{});
+        result.camera_from_board.push_back(good ? solution.camera_from_board[next] : Eigen::Isometry3d::Identity());
+        next += good;
+    }
+    result.shots = std::move(shots);
+    return result;
+}
+
+Eigen::VectorXd predicted_error(const CameraModel& model, const IntrinsicsMatrix& covariance, const Eigen::Matrix<double, 2, Eigen::Dynamic>& pixels) {
+    const auto over = spread_pixels(model);
+    // Rays whose turn is fitted are spread over the picture; those asked for follow.
+    const Eigen::Index fitted = over.cols(), all = fitted + pixels.cols();
+    Eigen::Matrix<double, Eigen::Dynamic, most_intrinsics> by_intrinsics = Eigen::MatrixXd::Zero(2 * all, most_intrinsics);
+    Eigen::Matrix<double, Eigen::Dynamic, 3> by_turn = Eigen::MatrixXd::Zero(2 * all, 3);
+    for (Eigen::Index i = 0; i < all; ++i) {
+        const auto ray = unproject(model, i < fitted ? over.col(i) : pixels.col(i - fitted));
+        ProjectionJacobian by_point;
+        IntrinsicsJacobian k;
+        if (!ray || !project(model, ray->homogeneous(), &by_point, &k)) continue;
+        by_intrinsics.middleRows<2>(2 * i) = k;
+        by_turn.middleRows<2>(2 * i) = -by_point * skew(ray->homogeneous());
+    }
+    const auto turns = by_turn.topRows(2 * fitted);
+    const Eigen::Matrix3d normal = turns.transpose() * turns;
+    const Eigen::Matrix<double, 3, most_intrinsics> turn = normal.ldlt().solve(turns.transpose() * by_intrinsics.topRows(2 * fitted));
+    Eigen::VectorXd errors(pixels.cols());
+    for (Eigen::Index i = 0; i < pixels.cols(); ++i) {
+        const Eigen::Matrix<double, 2, most_intrinsics> left =
+            by_intrinsics.middleRows<2>(2 * (fitted + i)) - by_turn.middleRows<2>(2 * (fitted + i)) * turn;
+        errors[i] = std::sqrt(std::max((left * covariance * left.transpose()).trace(), 0.0));
+    }
+    return errors;
+}
+
+IntrinsicsMatrix rescaled(const IntrinsicsMatrix& covariance, const CameraModel& from, const CameraModel& to) {
+    IntrinsicsVector scale = IntrinsicsVector::Ones();
+    scale[0] = scale[2] = static_cast<double>(to.width) / from.width;
+    scale[1] = scale[3] = static_cast<double>(to.height) / from.height;
+    return scale.asDiagonal() * covariance * scale.asDiagonal();
+}
+
+}  // namespace roomfix

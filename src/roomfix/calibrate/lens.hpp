@@ -1,0 +1,46 @@
+// A camera's intrinsics and lens from pictures of a chessboard, with the covariance of all of them.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "roomfix/base/result.hpp"
+#include "roomfix/calibrate/chessboard.hpp"
+#include "roomfix/geometry/calibration.hpp"
+
+namespace roomfix {
+
+struct LensSettings {
+    Distortion kind = Distortion::plumb_bob;
+    int least_shots = 4;
+    double worst_focal_sigma = 0.05;  // part of the focal length: less well known is not calibrated
+    double outlier = 4;               // a shot whose rms is so many times the median's is not believed
+};
+
+struct LensCalibration {
+    CameraModel model;
+    IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();  // in the order of IntrinsicsVector
+    double rms = 0;                                          // px, per corner (both coordinates together), as OpenCV states it
+    double sigma = 0;                                        // px, noise of each coordinate of a corner, estimated
+    std::vector<BoardShot> shots;                            // all of them, also those refused
+    std::vector<double> shot_rms;                            // px, of each shot; 0 where it was refused
+    std::vector<Eigen::Isometry3d> camera_from_board;        // of each shot
+    std::vector<std::vector<Eigen::Vector2d>> residuals;     // px, of each shot's corners: seen - predicted
+    double coverage = 0;                                     // part of the picture (8 x 6 cells) in which corners were seen
+
+    int used() const;
+};
+
+/// Solves with OpenCV; the covariance is our own, from the derivatives at the solution with all boards' poses estimated along. Shots that
+/// contradict the others are refused, too. Errors: no board in any shot, too few good shots, shots that do not fix the focal length.
+Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, int height, const Chessboard& board, const LensSettings& settings = {});
+
+/// Standard deviation (px, both coordinates together) of where a ray is imaged, once the camera's direction has been found with these
+/// intrinsics: what no choice of the camera's rotation explains away. At `pixels` (2 x N).
+Eigen::VectorXd predicted_error(const CameraModel& model, const IntrinsicsMatrix& covariance, const Eigen::Matrix<double, 2, Eigen::Dynamic>& pixels);
+
+/// The covariance at another resolution of the same camera.
+IntrinsicsMatrix rescaled(const IntrinsicsMatrix& covariance, const CameraModel& from, const CameraModel& to);
+
+}  // namespace roomfix
