@@ -84,7 +84,7 @@ std::string heat(double part) {
 
 struct ErrorMap {
     std::string picture;
-    double largest = 0, mean = 0;
+    double least = 0, mean = 0, largest = 0;
 };
 
 ErrorMap error_map(const LensCalibration& lens) {
@@ -92,12 +92,14 @@ ErrorMap error_map(const LensCalibration& lens) {
     const Eigen::VectorXd errors = predicted_error(lens.model, lens.covariance, cells(lens.model, across, down));
     ErrorMap map;
     map.largest = errors.maxCoeff();
+    map.least = std::max(errors.minCoeff(), 1e-6);
+    const double least = 0.999 * map.least;
     map.mean = std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size()));
     const double w = static_cast<double>(lens.model.width) / across, h = static_cast<double>(lens.model.height) / down;
     std::string inside;
     for (int i = 0; i < across * down; ++i) {
         inside += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"><title>{:.3f} px</title></rect>", i % across * w,
-                              i / across * h, w + 0.3, h + 0.3, heat(errors[i] / map.largest), errors[i]);
+                              i / across * h, w + 0.3, h + 0.3, heat(std::log(errors[i] / least) / std::log(map.largest / least)), errors[i]);
     }
     map.picture = frame(lens.model, inside, "expected error");
     return map;
@@ -161,11 +163,11 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         "<p>{1} x {2} pixels, {3}. {4} of {5} shots used; rms {6:.3f} px per corner; the noise of a corner's coordinate is {7:.3f} px. A ray is expected to be "
         "off by {8:.3f} px on average and {9:.3f} px at worst.</p>\n<h2>Numbers</h2><table><tr><th></th><th>value</th><th>standard deviation</th></tr>\n{10}</table>\n"
         "<h2>Pictures</h2><div class=\"pictures\"><figure>{11}<figcaption>Where corners were seen ({12:.0f} % of the picture); red: boards that are not used.</figcaption>"
-        "</figure><figure>{13}<figcaption>Expected error of a ray once the camera's direction is found with this lens: dark is {9:.3f} px.</figcaption></figure>"
+        "</figure><figure>{13}<figcaption>Expected error of a ray once the camera's direction is found with this lens: pale is {16:.3f} px, dark {9:.3f} px.</figcaption></figure>"
         "<figure>{14}<figcaption>Residuals, a hundred times as long. They should look like noise; a pattern means that the lens is of another kind."
         "</figcaption></figure></div>\n<h2>Shots</h2><table><tr><th>picture</th><th>rms px</th><th>edges px</th><th>board</th><th></th></tr>\n{15}</table>\n</body></html>\n",
         escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean, map.largest,
-        parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens));
+        parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens), map.least);
 }
 
 }  // namespace roomfix
