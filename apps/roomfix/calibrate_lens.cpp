@@ -101,9 +101,10 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
         if (camera->model.width != model.width || camera->model.height != model.height) {
             const auto scaled = rescaled(model, camera->model.width, camera->model.height);
             if (!scaled) {
-                return give_up(Error{fmt::format("the calibration is for {} x {} pixels, camera {} has {} x {}: another shape, so another part of the picture; "
-                                                 "calibrate at the camera's own resolution",
-                                                 model.width, model.height, camera->id, camera->model.width, camera->model.height)});
+                return give_up(
+                    Error{fmt::format("the calibration is for {} x {} pixels, camera {} has {} x {}: another shape, so another part of the picture; "
+                                      "calibrate at the camera's own resolution",
+                                      model.width, model.height, camera->id, camera->model.width, camera->model.height)});
             }
             known = rescaled(covariance, model, *scaled);
             say(fmt::format("scaled from {} x {} to the camera's {} x {} pixels", model.width, model.height, scaled->width, scaled->height));
@@ -117,7 +118,8 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
     }
     const std::string kind = model.kind == Distortion::plumb_bob ? "" : name_of(model.kind);
     return write_or_show(arguments.site, arguments.camera,
-                         {{"intrinsics", intrinsics_text(model, known)}, {"distortion_model", kind}, {"distortion", distortion_text(model)}}, quality, arguments.write);
+                         {{"intrinsics", intrinsics_text(model, known)}, {"distortion_model", kind}, {"distortion", distortion_text(model)}}, quality,
+                         arguments.write);
 }
 
 int calibrate_lens_command(const Arguments& arguments) {

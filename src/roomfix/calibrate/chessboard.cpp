@@ -12,10 +12,10 @@
 namespace roomfix {
 namespace {
 
-constexpr double blurred_by_median = 1.7;  // times the median of all shots' edges
-constexpr double blurred_by_square = 0.25; // part of a square that an edge may take
-constexpr double sharp_enough = 4;         // px: never too wide
-constexpr double same_place = 0.015;       // of the diagonal, rms over the corners
+constexpr double blurred_by_median = 1.7;   // times the median of all shots' edges
+constexpr double blurred_by_square = 0.25;  // part of a square that an edge may take
+constexpr double sharp_enough = 4;          // px: never too wide
+constexpr double same_place = 0.015;        // of the diagonal, rms over the corners
 
 cv::Mat mat_of(LumaView picture) {
     return {picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.data), static_cast<std::size_t>(picture.stride)};
@@ -136,8 +136,10 @@ std::string board_svg(const Chessboard& board) {
     const double ruler_y = height - 14;
     std::string ruler = fmt::format("<path d=\"M{} {}h100\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin), number_text(ruler_y));
     for (int mm = 0; mm <= 100; mm += 5) {
-        ruler += fmt::format("<path d=\"M{} {}v-{}\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin + mm), number_text(ruler_y), mm % 10 == 0 ? 3 : 1.5);
-        if (mm % 20 == 0) ruler += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", number_text(margin + mm), number_text(ruler_y + 4), mm);
+        ruler += fmt::format("<path d=\"M{} {}v-{}\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin + mm), number_text(ruler_y),
+                             mm % 10 == 0 ? 3 : 1.5);
+        if (mm % 20 == 0)
+            ruler += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", number_text(margin + mm), number_text(ruler_y + 4), mm);
     }
     return fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"3.2\">\n"

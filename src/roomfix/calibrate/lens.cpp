@@ -7,8 +7,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <set>
+
+#include "roomfix/geometry/floor_points.hpp"
 
 namespace roomfix {
 namespace {
@@ -30,51 +33,98 @@ Eigen::Isometry3d pose_of(const cv::Mat& rotation, const cv::Mat& translation) {
     return pose;
 }
 
-/// What OpenCV makes of the corners.
-Solution solve(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board, Distortion kind) {
-    std::vector<std::vector<cv::Point3d>> places;
-    std::vector<std::vector<cv::Point2d>> pixels;
-    std::vector<std::vector<cv::Point3f>> places_f;
-    std::vector<std::vector<cv::Point2f>> pixels_f;
+/// What OpenCV makes of the corners, with the plumb_bob lens.
+Solution solve_plumb_bob(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board) {
+    std::vector<std::vector<cv::Point3f>> places;
+    std::vector<std::vector<cv::Point2f>> pixels;
     for (const BoardShot* shot : used) {
         places.emplace_back();
         pixels.emplace_back();
-        places_f.emplace_back();
-        pixels_f.emplace_back();
         for (int i = 0; i < board.corners(); ++i) {
-            const Eigen::Vector2d at = board.corner(i), pixel = shot->corners[static_cast<std::size_t>(i)];
-            places.back().emplace_back(at.x(), at.y(), 0);
+            const Eigen::Vector2f at = board.corner(i).cast<float>(), pixel = shot->corners[static_cast<std::size_t>(i)].cast<float>();
+            places.back().emplace_back(at.x(), at.y(), 0.F);
             pixels.back().emplace_back(pixel.x(), pixel.y());
-            places_f.back().emplace_back(static_cast<float>(at.x()), static_cast<float>(at.y()), 0.F);
-            pixels_f.back().emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
         }
     }
     cv::Mat matrix, distortion;
     std::vector<cv::Mat> rotations, translations;
-    const cv::TermCriteria until{cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 200, 1e-12};
-    if (kind == Distortion::equidistant) {
-        cv::fisheye::calibrate(places, pixels, {width, height}, matrix, distortion, rotations, translations,
-                               cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW, until);
-    } else {
-        cv::calibrateCamera(places_f, pixels_f, {width, height}, matrix, distortion, rotations, translations,
-                            kind == Distortion::rational_polynomial ? cv::CALIB_RATIONAL_MODEL : 0, until);
-    }
+    cv::calibrateCamera(places, pixels, {width, height}, matrix, distortion, rotations, translations, 0,
+                        {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 200, 1e-12});
     Solution solution;
     std::array<double, most_distortion> numbers = {};
-    for (int i = 0; i < distortion_count(kind); ++i) numbers[static_cast<std::size_t>(i)] = distortion.at<double>(i);
-    solution.model = make_camera_model(width, height, matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2), matrix.at<double>(1, 2),
-                                       numbers, kind);
+    for (int i = 0; i < 5; ++i) numbers[static_cast<std::size_t>(i)] = distortion.at<double>(i);
+    solution.model =
+        make_camera_model(width, height, matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2), matrix.at<double>(1, 2), numbers);
     for (std::size_t i = 0; i < used.size(); ++i) solution.camera_from_board.push_back(pose_of(rotations[i], translations[i]));
     return solution;
 }
 
+/// A board's pose from rays through its corners, seen by a camera that is turned towards it; in `rms` how well that fits (rad).
+std::optional<Eigen::Isometry3d> pose_from_rays(const std::vector<Eigen::Vector3d>& rays, const Chessboard& board, double& rms) {
+    constexpr double focal = 1000;  // px of a camera that is only imagined
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& ray : rays) middle += ray;
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(middle, Eigen::Vector3d::UnitZ());
+    std::vector<FloorPoint> points;
+    for (int i = 0; i < board.corners(); ++i) {
+        const Eigen::Vector3d ray = turn * rays[static_cast<std::size_t>(i)];
+        if (!(ray.z() > 0)) return std::nullopt;
+        // The board is a floor seen from above: its y runs up there.
+        points.push_back({focal * ray.head<2>() / ray.z(), {board.corner(i).x(), -board.corner(i).y()}});
+    }
+    const auto pose = camera_pose_from_floor_points(make_camera_model(1, 1, focal, focal, 0, 0), points, 1);
+    if (!pose) return std::nullopt;
+    rms = pose->rms / focal;
+    const Eigen::Isometry3d floor_from_board(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+    return Eigen::Isometry3d(turn.inverse()) * pose->map_from_camera.pose.inverse() * floor_from_board;
+}
+
+/// A fisheye without further bending, of the focal length that explains the boards best. OpenCV's own start does not find lenses whose
+/// boards were shown strongly tilted.
+std::optional<Solution> start_equidistant(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board) {
+    std::optional<Solution> best;
+    double least = 1e300;
+    for (double focal = 0.15 * width; focal < 2 * width; focal *= 1.1) {
+        Solution tried;
+        tried.model = make_camera_model(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1), {}, Distortion::equidistant);
+        double squares = 0;
+        for (const BoardShot* shot : used) {
+            std::vector<Eigen::Vector3d> rays;
+            for (const Eigen::Vector2d& corner : shot->corners) {
+                if (const auto ray = unproject(tried.model, corner)) rays.push_back(ray->homogeneous().normalized());
+            }
+            double rms = 0;
+            const auto pose = static_cast<int>(rays.size()) == board.corners() ? pose_from_rays(rays, board, rms) : std::nullopt;
+            if (!pose) break;
+            tried.camera_from_board.push_back(*pose);
+            squares += focal * rms * focal * rms;
+        }
+        if (tried.camera_from_board.size() < used.size() || squares >= least) continue;
+        least = squares;
+        best = std::move(tried);
+    }
+    return best;
+}
+
+std::optional<Solution> start_of(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board, Distortion kind) {
+    if (kind == Distortion::equidistant) return start_equidistant(used, width, height, board);
+    try {
+        Solution start = solve_plumb_bob(used, width, height, board);
+        start.model.kind = kind;  // the rational one without its lower half
+        start.model.prepare();
+        return start;
+    } catch (const cv::Exception&) {
+        return std::nullopt;
+    }
+}
+
 /// One shot linearised: the poses are eliminated shot by shot.
 struct ShotFit {
-    Matrix6d by_pose = Matrix6d::Zero();                                         // J^T J
-    IntrinsicsMatrix by_intrinsics = IntrinsicsMatrix::Zero();                   // K^T K
-    PoseByIntrinsics mixed = PoseByIntrinsics::Zero();                           // J^T K
-    Vector6d pose_gradient = Vector6d::Zero();                                   // J^T r
-    IntrinsicsVector gradient = IntrinsicsVector::Zero();                        // K^T r
+    Matrix6d by_pose = Matrix6d::Zero();                        // J^T J
+    IntrinsicsMatrix by_intrinsics = IntrinsicsMatrix::Zero();  // K^T K
+    PoseByIntrinsics mixed = PoseByIntrinsics::Zero();          // J^T K
+    Vector6d pose_gradient = Vector6d::Zero();                  // J^T r
+    IntrinsicsVector gradient = IntrinsicsVector::Zero();       // K^T r
     std::vector<Eigen::Vector2d> residuals;
     double squares = 0;
 };
@@ -107,12 +157,27 @@ struct Reduced {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     double squares = 0;
+    double prior_squares = 0;
     std::vector<ShotFit> shots;
+
+    double cost() const { return squares + prior_squares; }
 };
+
+constexpr double rational_sigma = 1;  // of each of k1 to k6 before anything is seen: their quotient is known better than they are
+constexpr double about_noise = 0.1;   // px, of corners: how much the prior weighs beside them
 
 std::optional<Reduced> reduce(const Solution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board) {
     const int count = solution.model.intrinsics_count();
-    Reduced reduced{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), 0, {}};
+    Reduced reduced{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), 0, 0, {}};
+    if (solution.model.kind == Distortion::rational_polynomial) {
+        const double weight = std::pow(about_noise / rational_sigma, 2);
+        for (const int k : {4, 5, 8, 9, 10, 11}) {
+            const double value = solution.model.intrinsics()[k];
+            reduced.information(k, k) += weight;
+            reduced.gradient[k] -= weight * value;
+            reduced.prior_squares += weight * value * value;
+        }
+    }
     for (std::size_t i = 0; i < used.size(); ++i) {
         auto fit = linearise(solution.model, solution.camera_from_board[i], *used[i], board);
         if (!fit) return std::nullopt;
@@ -135,11 +200,14 @@ Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& information) {
     return scale.asDiagonal() * (spectrum.eigenvectors() * inverse.asDiagonal() * spectrum.eigenvectors().transpose()) * scale.asDiagonal();
 }
 
-/// Gauss-Newton from OpenCV's solution to the least squares of our own models. Steps that make it worse are left out.
+/// Levenberg-Marquardt on all numbers of our own models.
 Reduced polish(Solution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board, Reduced at) {
     const int count = solution.model.intrinsics_count();
-    for (int round = 0; round < 20; ++round) {
-        const Eigen::VectorXd step = scaled_inverse(at.information) * at.gradient;
+    double damping = 1e-3;
+    for (int round = 0; round < 200 && damping < 1e10; ++round) {
+        Eigen::MatrixXd damped = at.information;
+        damped.diagonal() *= 1 + damping;
+        const Eigen::VectorXd step = scaled_inverse(damped) * at.gradient;
         Solution moved = solution;
         IntrinsicsVector numbers = moved.model.intrinsics();
         numbers.head(count) += step;
@@ -150,10 +218,14 @@ Reduced polish(Solution& solution, const std::vector<const BoardShot*>& used, co
             moved.camera_from_board[i] = perturbed(solution.camera_from_board[i], d);
         }
         auto next = reduce(moved, used, board);
-        if (!next || !(next->squares <= at.squares)) break;
-        const bool settled = at.squares - next->squares < 1e-12 * at.squares;
+        if (!next || !(next->cost() <= at.cost())) {
+            damping *= 10;
+            continue;
+        }
+        const bool settled = at.cost() - next->cost() < 1e-12 * at.cost();
         solution = std::move(moved);
         at = std::move(*next);
+        damping = std::max(damping * 0.1, 1e-12);
         if (settled) break;
     }
     return at;
@@ -162,7 +234,8 @@ Reduced polish(Solution& solution, const std::vector<const BoardShot*>& used, co
 double covered(const std::vector<const BoardShot*>& used, int width, int height) {
     std::set<std::pair<int, int>> cells;
     for (const BoardShot* shot : used) {
-        for (const Eigen::Vector2d& c : shot->corners) cells.insert({static_cast<int>(8 * (c.x() + 0.5) / width), static_cast<int>(6 * (c.y() + 0.5) / height)});
+        for (const Eigen::Vector2d& c : shot->corners)
+            cells.insert({static_cast<int>(8 * (c.x() + 0.5) / width), static_cast<int>(6 * (c.y() + 0.5) / height)});
     }
     return static_cast<double>(cells.size()) / 48;
 }
@@ -185,7 +258,8 @@ BoardShot* outlier_among(std::vector<BoardShot*>& used, const Reduced& fit, doub
     const auto worst = std::max_element(rms.begin(), rms.end());
     if (*worst < times * usual) return nullptr;
     BoardShot* shot = used[static_cast<std::size_t>(worst - rms.begin())];
-    shot->refused = fmt::format("its corners are off by {:.2f} px rms, those of the others by {:.2f} px: was the board bent, moving, or partly hidden?", *worst, usual);
+    shot->refused =
+        fmt::format("its corners are off by {:.2f} px rms, those of the others by {:.2f} px: was the board bent, moving, or partly hidden?", *worst, usual);
     return shot;
 }
 
@@ -213,14 +287,13 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
                                      settings.least_shots, refusals(shots))};
         }
         const std::vector<const BoardShot*> all(used.begin(), used.end());
-        try {
-            solution = solve(all, width, height, board, settings.kind);
-        } catch (const cv::Exception&) {
+        const auto start = start_of(all, width, height, board, settings.kind);
+        if (start) solution = *start;
+        fit = start ? reduce(solution, all, board) : std::nullopt;
+        if (!fit) {
             return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
                                      name_of(settings.kind))};
         }
-        fit = reduce(solution, all, board);
-        if (!fit) return Error{fmt::format("no lens of the kind {} explains these shots: try another --model", name_of(settings.kind))};
         fit = polish(solution, all, board, std::move(*fit));
         if (outlier_among(used, *fit, settings.outlier) == nullptr) break;
     }
@@ -236,8 +309,9 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     result.coverage = covered(all, width, height);
     const double focal_sigma = std::max(std::sqrt(result.covariance(0, 0)) / result.model.fx, std::sqrt(result.covariance(1, 1)) / result.model.fy);
     if (!(focal_sigma < settings.worst_focal_sigma)) {
-        return Error{fmt::format("these shots do not tell the focal length (known to {:.0f} %): show the board tilted by 30 to 45 degrees, in several directions{}",
-                                 100 * focal_sigma, refusals(shots))};
+        return Error{
+            fmt::format("these shots do not tell the focal length (known to {:.0f} %): show the board tilted by 30 to 45 degrees, in several directions{}",
+                        100 * focal_sigma, refusals(shots))};
     }
     std::size_t next = 0;
     for (const BoardShot& s : shots) {
@@ -271,8 +345,7 @@ Eigen::VectorXd predicted_error(const CameraModel& model, const IntrinsicsMatrix
     const Eigen::Matrix<double, 3, most_intrinsics> turn = normal.ldlt().solve(turns.transpose() * by_intrinsics.topRows(2 * fitted));
     Eigen::VectorXd errors(pixels.cols());
     for (Eigen::Index i = 0; i < pixels.cols(); ++i) {
-        const Eigen::Matrix<double, 2, most_intrinsics> left =
-            by_intrinsics.middleRows<2>(2 * (fitted + i)) - by_turn.middleRows<2>(2 * (fitted + i)) * turn;
+        const Eigen::Matrix<double, 2, most_intrinsics> left = by_intrinsics.middleRows<2>(2 * (fitted + i)) - by_turn.middleRows<2>(2 * (fitted + i)) * turn;
         errors[i] = std::sqrt(std::max((left * covariance * left.transpose()).trace(), 0.0));
     }
     return errors;

@@ -54,10 +54,11 @@ std::string coverage_picture(const LensCalibration& lens, const Chessboard& boar
         const bool good = shot.refused.empty();
         const auto at = [&](int i) { return shot.corners[static_cast<std::size_t>(i)]; };
         const Eigen::Vector2d a = at(0), b = at(board.columns - 1), c = at(board.corners() - 1), d = at(board.corners() - board.columns);
-        dots += fmt::format("<polygon points=\"{:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.5\"/>", a.x(),
-                            a.y(), b.x(), b.y(), c.x(), c.y(), d.x(), d.y(), good ? "#1f6fb2" : "#b3323f");
+        dots += fmt::format("<polygon points=\"{:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.5\"/>",
+                            a.x(), a.y(), b.x(), b.y(), c.x(), c.y(), d.x(), d.y(), good ? "#1f6fb2" : "#b3323f");
         if (!good) continue;
-        for (const Eigen::Vector2d& p : shot.corners) dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"#1f6fb2\"/>", p.x(), p.y(), 0.003 * lens.model.width);
+        for (const Eigen::Vector2d& p : shot.corners)
+            dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"#1f6fb2\"/>", p.x(), p.y(), 0.003 * lens.model.width);
     }
     return frame(lens.model, dots, "where corners were seen");
 }
@@ -69,7 +70,8 @@ std::string residual_picture(const LensCalibration& lens) {
     for (std::size_t s = 0; s < lens.shots.size(); ++s) {
         for (std::size_t i = 0; i < lens.residuals[s].size(); ++i) {
             const Eigen::Vector2d p = lens.shots[s].corners[i], r = enlarged * lens.residuals[s][i];
-            lines += fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}\" stroke=\"#c2571a\" stroke-width=\"{:.2f}\"/>", p.x(), p.y(), r.x(), r.y(), 0.0016 * lens.model.width);
+            lines += fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}\" stroke=\"#c2571a\" stroke-width=\"{:.2f}\"/>", p.x(), p.y(), r.x(), r.y(),
+                                 0.0016 * lens.model.width);
         }
     }
     return frame(lens.model, lines, "residuals");
@@ -134,8 +136,8 @@ std::string shot_rows(const LensCalibration& lens) {
 
 std::string text_of(const LensCalibration& lens) {
     const CameraModel& m = lens.model;
-    std::string text = fmt::format("{} of {} shots used, rms {:.3f} px per corner, corners seen in {:.0f} % of the picture\n", lens.used(), lens.shots.size(), lens.rms,
-                                   100 * lens.coverage);
+    std::string text = fmt::format("{} of {} shots used, rms {:.3f} px per corner, corners seen in {:.0f} % of the picture\n", lens.used(), lens.shots.size(),
+                                   lens.rms, 100 * lens.coverage);
     for (const BoardShot& s : lens.shots) {
         if (!s.refused.empty()) text += fmt::format("  not used: {}: {}\n", s.name, s.refused);
     }
@@ -161,13 +163,17 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         ".pictures{{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:1.5em}}svg{{max-width:100%;height:auto}}figure{{margin:0}}"
         "figcaption{{color:#555}}</style></head><body>\n<h1>{0}</h1>\n"
         "<p>{1} x {2} pixels, {3}. {4} of {5} shots used; rms {6:.3f} px per corner; the noise of a corner's coordinate is {7:.3f} px. A ray is expected to be "
-        "off by {8:.3f} px on average and {9:.3f} px at worst.</p>\n<h2>Numbers</h2><table><tr><th></th><th>value</th><th>standard deviation</th></tr>\n{10}</table>\n"
-        "<h2>Pictures</h2><div class=\"pictures\"><figure>{11}<figcaption>Where corners were seen ({12:.0f} % of the picture); red: boards that are not used.</figcaption>"
-        "</figure><figure>{13}<figcaption>Expected error of a ray once the camera's direction is found with this lens: pale is {16:.3f} px, dark {9:.3f} px.</figcaption></figure>"
+        "off by {8:.3f} px on average and {9:.3f} px at worst.</p>\n<h2>Numbers</h2><table><tr><th></th><th>value</th><th>standard "
+        "deviation</th></tr>\n{10}</table>\n"
+        "<h2>Pictures</h2><div class=\"pictures\"><figure>{11}<figcaption>Where corners were seen ({12:.0f} % of the picture); red: boards that are not "
+        "used.</figcaption>"
+        "</figure><figure>{13}<figcaption>Expected error of a ray once the camera's direction is found with this lens: pale is {16:.3f} px, dark {9:.3f} "
+        "px.</figcaption></figure>"
         "<figure>{14}<figcaption>Residuals, a hundred times as long. They should look like noise; a pattern means that the lens is of another kind."
-        "</figcaption></figure></div>\n<h2>Shots</h2><table><tr><th>picture</th><th>rms px</th><th>edges px</th><th>board</th><th></th></tr>\n{15}</table>\n</body></html>\n",
-        escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean, map.largest,
-        parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens), map.least);
+        "</figcaption></figure></div>\n<h2>Shots</h2><table><tr><th>picture</th><th>rms px</th><th>edges "
+        "px</th><th>board</th><th></th></tr>\n{15}</table>\n</body></html>\n",
+        escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean,
+        map.largest, parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens), map.least);
 }
 
 }  // namespace roomfix

@@ -57,7 +57,9 @@ Result<CameraInfo> read(const YAML::Node& root) {
     if (k.size() != 9 || k[0] <= 0 || k[4] <= 0) return Error{"camera_matrix.data must have nine numbers, with positive focal lengths"};
     if (k[1] != 0) return Error{"camera_matrix has a skew, which roomfix does not model: calibrate without"};
     // Files of OpenCV do not name the model: the number of coefficients does.
-    const std::string name = root["distortion_model"].IsScalar() ? root["distortion_model"].Scalar() : numbers->size() == 8 ? "rational_polynomial" : "plumb_bob";
+    const std::string name = root["distortion_model"].IsScalar() ? root["distortion_model"].Scalar()
+                             : numbers->size() == 8              ? "rational_polynomial"
+                                                                 : "plumb_bob";
     const auto kind = distortion_named(name == "fisheye" ? "equidistant" : name);
     if (!kind) return Error{fmt::format("distortion_model is '{}': plumb_bob, rational_polynomial and equidistant can be used", name)};
     const auto most = static_cast<std::size_t>(distortion_count(*kind));

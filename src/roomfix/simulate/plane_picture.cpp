@@ -1,0 +1,78 @@
+#include "roomfix/simulate/plane_picture.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace roomfix {
+
+FlatPattern chessboard_pattern(int columns, int rows, double square) {
+    constexpr float black = 0.08F, white = 0.9F, table = 0.35F;
+    return [=](const Eigen::Vector2d& p) {
+        const double u = p.x() / square + 1, v = p.y() / square + 1;  // squares from the board's own corner
+        if (u < -1 || v < -1 || u > columns + 2 || v > rows + 2) return table;
+        if (u < 0 || v < 0 || u > columns + 1 || v > rows + 1) return white;
+        return (static_cast<int>(u) + static_cast<int>(v)) % 2 == 0 ? black : white;
+    };
+}
+
+PlanePictures::PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed)
+    : width_(camera.width), height_(camera.height), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed) {
+    constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
+    rays_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * fine * fine);
+    for (int y = 0; y < fine * height_; ++y) {
+        for (int x = 0; x < fine * width_; ++x) {
+            const auto ray = unproject(camera, {(x + 0.5) / fine - 0.5, (y + 0.5) / fine - 0.5});
+            rays_.push_back(ray ? Eigen::Vector2f(ray->cast<float>()) : Eigen::Vector2f(nowhere, nowhere));
+        }
+    }
+}
+
+void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture) {
+    const Eigen::Matrix3d plane_from_camera = camera_from_plane.linear().transpose();
+    const Eigen::Vector3d eye = -(plane_from_camera * camera_from_plane.translation());
+    light_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
+    for (int y = 0; y < fine * height_; ++y) {
+        const Eigen::Vector2f* rays = rays_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(fine * width_);
+        float* out = light_.data() + static_cast<std::size_t>(y / fine) * static_cast<std::size_t>(width_);
+        for (int x = 0; x < fine * width_; ++x) {
+            const Eigen::Vector3d way = plane_from_camera * rays[x].cast<double>().homogeneous();
+            const double along = -eye.z() / way.z();
+            if (!(along > 0)) continue;
+            out[x / fine] += pattern((eye + along * way).head<2>()) / (fine * fine);
+        }
+    }
+    sensor_.blur(light_);
+    sensor_.expose(light_, 1);
+    sensor_.take(light_, index, picture);
+}
+
+std::vector<Eigen::Isometry3d> board_poses(const CameraModel& camera, const Eigen::Vector2d& size, int count, Random& random) {
+    std::vector<Eigen::Isometry3d> poses;
+    const double focal = std::sqrt(camera.fx * camera.fy);
+    while (static_cast<int>(poses.size()) < count) {
+        const double part = random.uniform(0.3, 0.75);  // of the picture's height that the board takes
+        const double distance = focal * size.maxCoeff() / (part * camera.height);
+        const Eigen::Vector2d pixel(random.uniform(0, camera.width - 1), random.uniform(0, camera.height - 1));
+        const auto ray = unproject(camera, pixel);
+        if (!ray) continue;
+        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+        const double towards = random.uniform(0, 2 * std::numbers::pi), tilt = radians(random.uniform(5, 45));
+        // Tilted against the ray, not against the picture: a board is shown with its front.
+        pose.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray->homogeneous()).toRotationMatrix() *
+                        exponential_rotation(tilt * Eigen::Vector3d(std::cos(towards), std::sin(towards), 0)) *
+                        exponential_rotation(random.uniform(-0.5, 0.5) * Eigen::Vector3d::UnitZ());
+        pose.translation() = distance * ray->homogeneous() - pose.linear() * Eigen::Vector3d(size.x() / 2, size.y() / 2, 0);
+        bool in_sight = true;
+        const double margin = 0.12 * size.maxCoeff();
+        for (const double u : {-margin, size.x() / 2, size.x() + margin}) {
+            for (const double v : {-margin, size.y() / 2, size.y() + margin}) {
+                const auto seen = project(camera, pose * Eigen::Vector3d(u, v, 0));
+                in_sight = in_sight && seen && camera.contains(*seen, 4);
+            }
+        }
+        if (in_sight) poses.push_back(pose);
+    }
+    return poses;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,42 @@
+// Pictures of something flat, such as a calibration board held before a camera.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "roomfix/base/random.hpp"
+#include "roomfix/geometry/camera_model.hpp"
+#include "roomfix/geometry/pose.hpp"
+#include "roomfix/imaging/luma.hpp"
+#include "roomfix/simulate/sensor.hpp"
+
+namespace roomfix {
+
+/// Light (0..1) at a point of the plane, m; what lies around it, too.
+using FlatPattern = std::function<float(const Eigen::Vector2d&)>;
+
+/// A printed chessboard with its white margin on something grey. Its first inner corner is at (0, 0).
+FlatPattern chessboard_pattern(int columns, int rows, double square);
+
+/// Rays are traced once for each camera.
+class PlanePictures {
+public:
+    PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed);
+
+    /// `camera_from_plane`: the plane is z = 0 there. The same `index` gives the same noise.
+    void render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture);
+
+private:
+    static constexpr int fine = 3;  // rays per pixel in each direction
+    int width_, height_;
+    Sensor sensor_;
+    std::vector<Eigen::Vector2f> rays_;  // x, y at z = 1; NaN where the lens sees nothing
+    std::vector<float> light_;
+};
+
+/// How a person shows a board to a camera that has to be calibrated: near and far, everywhere in the picture, tilted in all directions, and
+/// always wholly in sight. `size`: of the stretch between its outer corners, m.
+std::vector<Eigen::Isometry3d> board_poses(const CameraModel& camera, const Eigen::Vector2d& size, int count, Random& random);
+
+}  // namespace roomfix
