@@ -1,0 +1,252 @@
+#include "roomfix/calibrate/floor.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "roomfix/geometry/floor_points.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double rival_margin = 16;  // of a chi-square: a pose that explains everything so much worse is another one
+constexpr double doubt_from = 3;    // standard deviations from which on an outlier loses its weight
+
+/// What one source says at a pose.
+struct Linearised {
+    Matrix6d information = Matrix6d::Zero();
+    Vector6d gradient = Vector6d::Zero();
+    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();  // J^T W d(pixels)/d(intrinsics)
+    Vector6d by_scale = Vector6d::Zero();                       // J^T W d(pixels)/d(scale)
+    double cost = 0;
+    double squares = 0;   // weighted
+    double weights = 0;   // of the sightings, 0..1 each
+    double rows = 0;      // numbers measured
+    double pixels = 0;    // squared, px^2, of the measured directions
+    bool visible = true;
+};
+
+void add_sighting(const View& view, const FloorSource& source, const FloorSighting& sighting, Linearised& l) {
+    ViewJacobian j;
+    const Eigen::Vector3d point(sighting.map.x(), sighting.map.y(), 0);
+    const auto pixel = project_map_point(view, point, &j);
+    IntrinsicsJacobian by_intrinsics;
+    if (!pixel || !project(view.model, view.map_from_camera.pose.inverse() * point, nullptr, &by_intrinsics)) {
+        l.visible = false;
+        return;
+    }
+    const Eigen::Vector2d r = sighting.pixel - *pixel;
+    const double square = r.dot(sighting.information * r);
+    const double rank = sighting.information.determinant() > 1e-9 * sighting.information.squaredNorm() ? 2 : 1;
+    double weight = 1;
+    double cost = square;
+    if (source.outliers) {  // Geman and McClure
+        const double limit = doubt_from * doubt_from;
+        weight = std::pow(limit / (limit + square), 2);
+        cost = limit * square / (limit + square);
+    }
+    const Eigen::Matrix<double, 6, 2> back = weight * j.by_pose.transpose() * sighting.information;
+    l.information += back * j.by_pose;
+    l.gradient += back * r;
+    l.by_intrinsics += back * by_intrinsics;
+    l.by_scale += back * j.by_point.leftCols<2>() * (sighting.map - source.about);
+    l.cost += cost;
+    l.squares += weight * square;
+    l.weights += weight;
+    l.rows += weight * rank;
+    const double sharp = sighting.information.norm();
+    l.pixels += weight * square / std::max(sharp, 1e-300);
+}
+
+Linearised linearise(const View& view, const FloorSource& source) {
+    Linearised l;
+    for (const FloorSighting& s : source.sightings) add_sighting(view, source, s, l);
+    if (!source.pose) return l;
+    const Matrix6d weight = source.pose->covariance.inverse();
+    Vector6d r;
+    r << source.pose->pose.translation() - view.position(), rotation_vector(source.pose->pose.linear() * view.map_from_camera.pose.linear().transpose());
+    l.information += weight;
+    l.gradient += weight * r;
+    l.cost += r.dot(weight * r);
+    l.squares += r.dot(weight * r);
+    l.rows += 6;
+    return l;
+}
+
+std::vector<Linearised> linearise(const View& view, const std::vector<FloorSource>& sources) {
+    std::vector<Linearised> all;
+    for (const FloorSource& source : sources) all.push_back(linearise(view, source));
+    return all;
+}
+
+template <class Part>
+auto sum_of(const std::vector<Linearised>& all, const Part& part) {
+    auto sum = part(all.front());
+    for (std::size_t i = 1; i < all.size(); ++i) sum += part(all[i]);
+    return sum;
+}
+
+bool visible(const std::vector<Linearised>& all) {
+    return std::all_of(all.begin(), all.end(), [](const Linearised& l) { return l.visible; });
+}
+
+bool fixes_pose(const Matrix6d& information) {
+    const Vector6d scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Matrix6d unit = scale.asDiagonal() * information * scale.asDiagonal();
+    return Eigen::SelfAdjointEigenSolver<Matrix6d>(unit).eigenvalues()[0] > 1e-10;
+}
+
+/// Levenberg-Marquardt on the camera's pose.
+std::vector<Linearised> refine(View& view, const std::vector<FloorSource>& sources) {
+    auto at = linearise(view, sources);
+    double damping = 1e-3;
+    for (int round = 0; round < 100 && damping < 1e12 && visible(at); ++round) {
+        Matrix6d normal = sum_of(at, [](const Linearised& l) { return l.information; });
+        normal.diagonal() *= 1 + damping;
+        const Vector6d step = normal.ldlt().solve(sum_of(at, [](const Linearised& l) { return l.gradient; }));
+        View moved = view;
+        moved.map_from_camera.pose = perturbed(view.map_from_camera.pose, step);
+        auto next = linearise(moved, sources);
+        const auto cost = [](const Linearised& l) { return l.cost; };
+        if (visible(next) && sum_of(next, cost) <= sum_of(at, cost)) {
+            view = moved;
+            at = std::move(next);
+            damping = std::max(0.1 * damping, 1e-12);
+            if (step.norm() < 1e-12) break;
+        } else {
+            damping *= 10;
+        }
+    }
+    return at;
+}
+
+/// The other place from which a small piece of floor looks about the same: the floor's normal mirrored at the line of sight.
+/// Source: the twofold ambiguity of planar poses (Schweighofer and Pinz 2006).
+std::optional<Eigen::Isometry3d> mirrored_pose(const Eigen::Isometry3d& map_from_camera, const std::vector<FloorSource>& sources) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    double count = 0;
+    for (const FloorSource& source : sources) {
+        for (const FloorSighting& s : source.sightings) middle += Eigen::Vector3d(s.map.x(), s.map.y(), 0), ++count;
+    }
+    if (count == 0) return std::nullopt;
+    middle /= count;
+    const Eigen::Vector3d sight = (map_from_camera.translation() - middle).normalized(), normal = Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d other_normal = 2 * sight.dot(normal) * sight - normal;
+    // What turns the other normal upright turns the camera along, about the piece of floor that is looked at.
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(other_normal, normal);
+    Eigen::Isometry3d mirrored = Eigen::Isometry3d::Identity();
+    mirrored.linear() = turn * map_from_camera.linear();
+    mirrored.translation() = middle + turn * (map_from_camera.translation() - middle);
+    if (!(mirrored.translation().z() > 0)) return std::nullopt;
+    return mirrored;
+}
+
+/// Where the camera is, roughly: by points, or by a corner.
+Result<Eigen::Isometry3d> start_of(const CameraModel& model, const std::vector<FloorSource>& sources) {
+    std::vector<FloorPoint> points;
+    for (const FloorSource& source : sources) {
+        for (const FloorSighting& s : source.sightings) {
+            if (s.information.determinant() > 1e-9 * s.information.squaredNorm() && !source.outliers) points.push_back({s.pixel, s.map});
+        }
+    }
+    Error missing{"nothing tells where the camera is: click four points of the floor or a tile, lay out tags, or name a corner"};
+    if (!points.empty()) {
+        const auto solved = camera_pose_from_floor_points(model, points, 0.5);
+        if (solved) return solved->map_from_camera.pose;
+        missing = solved.error();
+    }
+    for (const FloorSource& source : sources) {
+        if (source.pose) return source.pose->pose;
+    }
+    return missing;
+}
+
+}  // namespace
+
+FloorSighting clicked_point(const Eigen::Vector2d& pixel, const Eigen::Vector2d& map, double sigma) {
+    return {pixel, map, Eigen::Matrix2d::Identity() / (sigma * sigma)};
+}
+
+Result<FloorCalibration> calibrate_floor(const CameraModel& model, const IntrinsicsMatrix& intrinsics, const std::vector<FloorSource>& sources,
+                                         const std::optional<UncertainPose3>& start) {
+    View view{model, start.value_or(UncertainPose3{})};
+    if (!start) {
+        const auto found = start_of(model, sources);
+        if (!found) return found.error();
+        view.map_from_camera.pose = *found;
+    }
+    if (sources.empty()) return Error{"nothing tells where the camera is"};
+    auto at = refine(view, sources);
+    if (!visible(at)) return Error{"a point of the floor is where the camera cannot see it: check the points and the lens"};
+    FloorCalibration result;
+    const auto cost_of = [](const std::vector<Linearised>& all) { return sum_of(all, [](const Linearised& l) { return l.cost; }); };
+    if (const auto mirrored = mirrored_pose(view.map_from_camera.pose, sources)) {
+        View other = view;
+        other.map_from_camera.pose = *mirrored;
+        auto there = refine(other, sources);
+        const bool another = rotation_vector(other.map_from_camera.pose.linear() * view.map_from_camera.pose.linear().transpose()).norm() > 0.02;
+        if (visible(there) && another && cost_of(there) < cost_of(at) + rival_margin) {
+            if (cost_of(there) < cost_of(at)) {
+                std::swap(view, other);
+                std::swap(at, there);
+            }
+            result.rival = other.map_from_camera.pose;
+        }
+    }
+    const Matrix6d information = sum_of(at, [](const Linearised& l) { return l.information; });
+    if (!fixes_pose(information)) return Error{"these points do not fix the camera's pose: add some that span an area of the floor"};
+    const Matrix6d own = information.inverse();
+    const double rows = sum_of(at, [](const Linearised& l) { return l.rows; });
+    const double freedom = std::max(rows - 6, 1.0);
+    const double chi = sum_of(at, [](const Linearised& l) { return l.squares; }) / freedom;
+    // Points that disagree by clearly more than their noise are believed: then they are not as good.
+    const double inflation = chi > 1 + 3 * std::sqrt(2 / freedom) ? chi : 1;
+    result.map_from_camera = {view.map_from_camera.pose, inflation * own};
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        const Vector6d by_scale = sources[i].scale_sigma * own * at[i].by_scale;
+        result.map_from_camera.covariance += by_scale * by_scale.transpose();
+    }
+    result.by_intrinsics = -own * sum_of(at, [](const Linearised& l) { return l.by_intrinsics; });
+    const double weights = sum_of(at, [](const Linearised& l) { return l.weights; });
+    if (weights > 0) result.rms = std::sqrt(sum_of(at, [](const Linearised& l) { return l.pixels; }) / weights);
+    result.floor_error = floor_error({model, result.map_from_camera, {intrinsics, result.by_intrinsics}});
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        FloorContribution c{sources[i].name, static_cast<int>(sources[i].sightings.size()), 0, {}, (own * at[i].information).trace() / 6};
+        if (at[i].weights > 0) c.rms = std::sqrt(at[i].pixels / at[i].weights);
+        if (fixes_pose(at[i].information)) {
+            const Vector6d by_scale = sources[i].scale_sigma * at[i].information.inverse() * at[i].by_scale;
+            const Matrix6d alone = inflation * at[i].information.inverse() + by_scale * by_scale.transpose();
+            c.alone = floor_error({model, {view.map_from_camera.pose, alone}});
+        }
+        result.contributions.push_back(c);
+    }
+    return result;
+}
+
+std::optional<double> floor_sigma(const View& view, const Eigen::Vector2d& pixel) {
+    const auto floor = pixel_to_plane(view, pixel, 0);
+    if (!floor) return std::nullopt;
+    const auto by = plane_point_by_calibration(view, *floor, 0);
+    return by ? std::optional(by->norm()) : std::nullopt;
+}
+
+double floor_error(const View& view) {
+    const auto pixels = spread_pixels(view.model);
+    double sum = 0;
+    int count = 0;
+    for (Eigen::Index i = 0; i < pixels.cols(); ++i) {
+        const auto floor = pixel_to_plane(view, pixels.col(i), 0);
+        if (!floor || (floor->point - view.position().head<2>()).norm() > 8 * view.position().z()) continue;
+        const auto sigma = floor_sigma(view, pixels.col(i));
+        if (!sigma) continue;
+        sum += *sigma * *sigma;
+        ++count;
+    }
+    return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+}  // namespace roomfix
