@@ -44,6 +44,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("calibrate", "measures what a site file should say");
     command->require_subcommand(1);
     add_calibrate_lens(*command, exit_code);
+    add_calibrate_floor(*command, exit_code);
     add_calibrate_mount(*command, exit_code);
 }
 

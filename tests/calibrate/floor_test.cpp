@@ -17,7 +17,8 @@ CameraModel camera() { return make_camera_model(640, 480, 518, 518, 320.5, 238, 
 
 /// Looks along a floor; the tile clicked is about three metres away.
 Eigen::Isometry3d true_pose(Random& random) {
-    return looking_at({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(2.2, 2.6)}, {random.uniform(3.5, 4.5), random.uniform(-0.3, 0.3), 0});
+    return looking_at({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(2.2, 2.6)},
+                      {random.uniform(3.5, 4.5), random.uniform(-0.3, 0.3), 0});
 }
 
 FloorSource clicked_tile(const View& truth, double noise, Random& random) {

@@ -14,19 +14,20 @@ namespace roomfix {
 namespace {
 
 constexpr double rival_margin = 16;  // of a chi-square: a pose that explains everything so much worse is another one
-constexpr double doubt_from = 3;    // standard deviations from which on an outlier loses its weight
+constexpr double doubt_from = 3;     // standard deviations from which on an outlier loses its weight
 
 /// What one source says at a pose.
 struct Linearised {
     Matrix6d information = Matrix6d::Zero();
     Vector6d gradient = Vector6d::Zero();
-    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();  // J^T W d(pixels)/d(intrinsics)
-    Vector6d by_scale = Vector6d::Zero();                       // J^T W d(pixels)/d(scale)
+    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();                   // J^T W d(pixels)/d(intrinsics)
+    Vector6d by_scale = Vector6d::Zero();                                        // J^T W d(pixels)/d(scale)
+    Eigen::Matrix<double, 6, 2> by_place = Eigen::Matrix<double, 6, 2>::Zero();  // J^T W d(pixels)/d(map)
     double cost = 0;
-    double squares = 0;   // weighted
-    double weights = 0;   // of the sightings, 0..1 each
-    double rows = 0;      // numbers measured
-    double pixels = 0;    // squared, px^2, of the measured directions
+    double squares = 0;  // weighted
+    double weights = 0;  // of the sightings, 0..1 each
+    double rows = 0;     // numbers measured
+    double pixels = 0;   // squared, px^2, of the measured directions
     bool visible = true;
 };
 
@@ -53,6 +54,7 @@ void add_sighting(const View& view, const FloorSource& source, const FloorSighti
     l.information += back * j.by_pose;
     l.gradient += back * r;
     l.by_intrinsics += back * by_intrinsics;
+    l.by_place += back * j.by_point.leftCols<2>();
     l.by_scale += back * j.by_point.leftCols<2>() * (sighting.map - source.about);
     l.cost += cost;
     l.squares += weight * square;
@@ -98,6 +100,13 @@ bool fixes_pose(const Matrix6d& information) {
     const Vector6d scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Matrix6d unit = scale.asDiagonal() * information * scale.asDiagonal();
     return Eigen::SelfAdjointEigenSolver<Matrix6d>(unit).eigenvalues()[0] > 1e-10;
+}
+
+/// What errors add that all sightings of a source share; `own`: covariance of the pose without them.
+Matrix6d common_errors(const FloorSource& source, const Linearised& l, const Matrix6d& own) {
+    const Vector6d by_scale = source.scale_sigma * own * l.by_scale;
+    const Eigen::Matrix<double, 6, 2> by_place = source.place_sigma * own * l.by_place;
+    return by_scale * by_scale.transpose() + by_place * by_place.transpose();
 }
 
 /// Levenberg-Marquardt on the camera's pose.
@@ -207,8 +216,7 @@ Result<FloorCalibration> calibrate_floor(const CameraModel& model, const Intrins
     const double inflation = chi > 1 + 3 * std::sqrt(2 / freedom) ? chi : 1;
     result.map_from_camera = {view.map_from_camera.pose, inflation * own};
     for (std::size_t i = 0; i < at.size(); ++i) {
-        const Vector6d by_scale = sources[i].scale_sigma * own * at[i].by_scale;
-        result.map_from_camera.covariance += by_scale * by_scale.transpose();
+        result.map_from_camera.covariance += common_errors(sources[i], at[i], own);
     }
     result.by_intrinsics = -own * sum_of(at, [](const Linearised& l) { return l.by_intrinsics; });
     const double weights = sum_of(at, [](const Linearised& l) { return l.weights; });
@@ -218,8 +226,8 @@ Result<FloorCalibration> calibrate_floor(const CameraModel& model, const Intrins
         FloorContribution c{sources[i].name, static_cast<int>(sources[i].sightings.size()), 0, {}, (own * at[i].information).trace() / 6};
         if (at[i].weights > 0) c.rms = std::sqrt(at[i].pixels / at[i].weights);
         if (fixes_pose(at[i].information)) {
-            const Vector6d by_scale = sources[i].scale_sigma * at[i].information.inverse() * at[i].by_scale;
-            const Matrix6d alone = inflation * at[i].information.inverse() + by_scale * by_scale.transpose();
+            const Matrix6d inverse = at[i].information.inverse();
+            const Matrix6d alone = inflation * inverse + common_errors(sources[i], at[i], inverse);
             c.alone = floor_error({model, {view.map_from_camera.pose, alone}});
         }
         result.contributions.push_back(c);

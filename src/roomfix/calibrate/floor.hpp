@@ -24,19 +24,20 @@ FloorSighting clicked_point(const Eigen::Vector2d& pixel, const Eigen::Vector2d&
 struct FloorSource {
     std::string name;  // for the report
     std::vector<FloorSighting> sightings;
-    std::optional<UncertainPose3> pose;                // what a corner says of the whole camera
-    double scale_sigma = 0;                            // part by which all its lengths from `about` may be off together
-    Eigen::Vector2d about = Eigen::Vector2d::Zero();   // m
-    bool outliers = false;                             // some of its sightings may be of something else
+    std::optional<UncertainPose3> pose;               // what a corner says of the whole camera
+    double scale_sigma = 0;                           // part by which all its lengths from `about` may be off together
+    Eigen::Vector2d about = Eigen::Vector2d::Zero();  // m
+    double place_sigma = 0;                           // m: of each map coordinate, by which all of it may be off together
+    bool outliers = false;                            // some of its sightings may be of something else
 };
 
 /// What one source is worth.
 struct FloorContribution {
     std::string name;
     int sightings = 0;
-    double rms = 0;                // px, of what its sightings tell
-    std::optional<double> alone;   // m: floor error (rms) that it alone would leave; nothing where it does not fix the pose
-    double share = 0;              // of what is known of the pose: all add up to 1
+    double rms = 0;               // px, of what its sightings tell
+    std::optional<double> alone;  // m: floor error (rms) that it alone would leave; nothing where it does not fix the pose
+    double share = 0;             // of what is known of the pose: all add up to 1
 };
 
 struct FloorCalibration {

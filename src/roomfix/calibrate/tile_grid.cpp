@@ -7,10 +7,10 @@
 namespace roomfix {
 namespace {
 
-constexpr double step = 0.25;              // px between the samples of a profile
-constexpr int farthest_tile = 80;          // from the first one, in each direction
-constexpr double least_contrast = 3;       // grey levels between joint and tiles
-constexpr double samples_along = 5;        // px to either side along the joint that a profile is the mean of
+constexpr double step = 0.25;         // px between the samples of a profile
+constexpr int farthest_tile = 80;     // from the first one, in each direction
+constexpr double least_contrast = 3;  // grey levels between joint and tiles
+constexpr double samples_along = 5;   // px to either side along the joint that a profile is the mean of
 
 /// A place on a joint: where it should be, and across which direction it can be measured.
 struct Place {
@@ -20,6 +20,9 @@ struct Place {
     double pitch = 0;        // px, to the next parallel joint
     double sigma = 0;        // px across, of the prediction
 };
+
+/// px across in which the joint must be.
+double reach_of(const Place& place) { return 3 * place.sigma + 1; }
 
 Eigen::Vector2d on_map(const TileGrid& grid, const Eigen::Vector2d& tiles) {
     const Pose2& p = grid.map_from_grid;
@@ -76,26 +79,37 @@ std::optional<double> read_joint(LumaView picture, const Place& place, double re
     return (moment / sum - half) * step;
 }
 
-/// All joints that can be told apart from their neighbours.
-std::vector<FloorSighting> read_all(LumaView picture, const View& view, const TileGrid& grid, int sign, const TileGridSettings& settings) {
-    std::vector<FloorSighting> sightings;
+/// Places on all joints that can be told apart from their neighbours; those that are known best come first.
+std::vector<Place> places_in(const View& view, const TileGrid& grid, const TileGridSettings& settings) {
+    std::vector<Place> places;
     for (int i = -farthest_tile; i <= farthest_tile; ++i) {
         for (int k = -farthest_tile; k <= farthest_tile; ++k) {
             for (const bool across : {false, true}) {
                 for (const double part : {0.3, 0.5, 0.7}) {
                     const Eigen::Vector2d tiles = across ? Eigen::Vector2d(i, k + part) : Eigen::Vector2d(i + part, k);
                     const auto place = place_on(view, grid, tiles, across ? Eigen::Vector2d::UnitY() : Eigen::Vector2d::UnitX());
-                    if (!place || place->pitch < settings.least_pitch) continue;
-                    const double reach = 3 * place->sigma + 1;
-                    if (reach > 0.35 * place->pitch) continue;
-                    const auto offset = read_joint(picture, *place, reach, sign);
-                    if (!offset) continue;
-                    const Eigen::Matrix2d information = place->normal * place->normal.transpose() / (settings.reading_sigma * settings.reading_sigma);
-                    sightings.push_back({place->pixel + *offset * place->normal, place->map, information});
+                    if (place && place->pitch > settings.least_pitch && reach_of(*place) < 0.35 * place->pitch) places.push_back(*place);
                 }
             }
         }
     }
+    std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.sigma < b.sigma; });
+    return places;
+}
+
+/// Reads the first places until `most` joints were found. While the camera is known badly, all of them are off together: that is no reason
+/// to doubt one.
+std::vector<FloorSighting> read_joints(LumaView picture, const std::vector<Place>& places, int sign, std::size_t most, const TileGridSettings& settings) {
+    std::vector<FloorSighting> sightings;
+    double doubt = settings.reading_sigma;
+    for (const Place& place : places) {
+        if (sightings.size() == most) break;
+        const auto offset = read_joint(picture, place, reach_of(place), sign);
+        if (!offset) continue;
+        doubt = std::max(doubt, 0.5 * place.sigma);
+        sightings.push_back({place.pixel + *offset * place.normal, place.map, place.normal * place.normal.transpose()});
+    }
+    for (FloorSighting& s : sightings) s.information /= doubt * doubt;
     return sightings;
 }
 
@@ -103,19 +117,26 @@ std::vector<FloorSighting> read_all(LumaView picture, const View& view, const Ti
 
 FloorSource find_tile_grid(LumaView picture, const View& about, const TileGrid& grid, const std::vector<FloorSource>& sources,
                            const TileGridSettings& settings) {
-    FloorSource joints{"tile grid", {}, {}, grid.size_sigma / grid.size, {grid.map_from_grid.x, grid.map_from_grid.y}, true};
-    // Whether joints are dark or light shows near the first tile.
-    const int sign = read_all(picture, about, grid, 1, settings).size() >= read_all(picture, about, grid, -1, settings).size() ? 1 : -1;
+    FloorSource joints{"tile grid", {}, {}, grid.size_sigma / grid.size, {grid.map_from_grid.x, grid.map_from_grid.y}, 0, true};
     View view = about;
+    // Whether joints are dark or light shows near the first tile.
+    const auto first = places_in(view, grid, settings);
+    const auto seen_as = [&](int sign) {
+        return read_joints(picture, {first.begin(), first.begin() + std::min<std::ptrdiff_t>(60, std::ssize(first))}, sign, 60, settings).size();
+    };
+    const int sign = seen_as(1) >= seen_as(-1) ? 1 : -1;
     std::size_t before = 0;
-    for (int round = 0; round < settings.most_rounds; ++round) {
-        joints.sightings = read_all(picture, view, grid, sign, settings);
-        auto all = sources;
-        all.push_back(joints);
-        const auto found = calibrate_floor(view.model, IntrinsicsMatrix::Zero(), all, view.map_from_camera);
-        if (!found) return {"tile grid", {}, {}, 0, {}, true};
-        view.map_from_camera = found->map_from_camera;
-        if (joints.sightings.size() <= before) break;
+    for (std::size_t most = settings.first_joints; most < settings.most_joints; most *= 2) {
+        joints.sightings = read_joints(picture, places_in(view, grid, settings), sign, most, settings);
+        for (int round = 0; round < 2; ++round) {  // once more from the better place
+            auto all = sources;
+            all.push_back(joints);
+            const auto found = calibrate_floor(view.model, IntrinsicsMatrix::Zero(), all, view.map_from_camera);
+            if (!found) return {"tile grid", {}, {}, 0, {}, 0, true};
+            view.map_from_camera = found->map_from_camera;
+            joints.sightings = read_joints(picture, places_in(view, grid, settings), sign, most, settings);
+        }
+        if (joints.sightings.size() < most && joints.sightings.size() <= before + before / 50) break;  // there are no more
         before = joints.sightings.size();
     }
     return joints;

@@ -15,9 +15,10 @@ struct TileGrid {
 };
 
 struct TileGridSettings {
-    double reading_sigma = 0.12;  // px, of one place on a joint
-    double least_pitch = 7;       // px between joints: closer ones are not told apart
-    int most_rounds = 15;
+    double reading_sigma = 0.12;    // px, of one place on a joint
+    double least_pitch = 7;         // px between joints: closer ones are not told apart
+    std::size_t first_joints = 24;  // read in the first round; twice as many in each further one
+    std::size_t most_joints = 100000;
 };
 
 /// Joints in the picture, starting from a calibration that knows one tile, and farther out round by round as they fix the camera better.

@@ -92,6 +92,45 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
     return not_written(file);
 }
 
+Result<void> save_floor_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<Eigen::Vector2d>& seen) {
+    try {
+        const int zoom = frame.width < 1000 ? 2 : 1;
+        cv::Mat large = in_colour(frame);
+        cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
+        const auto place = [&](const Eigen::Vector2d& p) {
+            return cv::Point(static_cast<int>(16 * ((p.x() + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((p.y() + 0.5) * zoom - 0.5)));
+        };
+        const auto line = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to, const cv::Scalar& colour, int thick) {
+            constexpr int pieces = 8;  // lenses bend straight lines
+            for (int i = 0; i < pieces; ++i) {
+                const Eigen::Vector2d a = from + (to - from) * i / pieces, b = from + (to - from) * (i + 1) / pieces;
+                const auto p = project_map_point(view, {a.x(), a.y(), 0}), q = project_map_point(view, {b.x(), b.y(), 0});
+                if (p && q && (view.model.contains(*p, -50) || view.model.contains(*q, -50)))
+                    cv::line(large, place(*p), place(*q), colour, thick, cv::LINE_AA, 4);
+            }
+        };
+        const int reach = static_cast<int>(std::ceil(8 * view.position().z()));
+        const Eigen::Vector2i here = view.position().head<2>().array().round().matrix().cast<int>();
+        cv::Mat grid = large.clone();
+        std::swap(grid, large);
+        for (int x = here.x() - reach; x <= here.x() + reach; ++x) {
+            for (int y = here.y() - reach; y <= here.y() + reach; ++y) {
+                line({x, y}, {x + 1, y}, outline_colour, 1);
+                line({x, y}, {x, y + 1}, outline_colour, 1);
+            }
+        }
+        std::swap(grid, large);
+        cv::addWeighted(grid, 0.6, large, 0.4, 0, large);
+        for (const Eigen::Vector2d& p : seen) cv::circle(large, place(p), 16 * 3 / 2, lamp_colour, cv::FILLED, cv::LINE_AA, 4);
+        line({0, 0}, {1, 0}, heading_colour, 2);
+        line({0, 0}, {0, 1}, heading_colour, 2);
+        write_caption(large, "green: a grid of metres; red: what the calibration rests on; orange: the map's axes from its origin");
+        if (cv::imwrite(file.string(), large)) return {};
+    } catch (const cv::Exception&) {
+    }
+    return not_written(file);
+}
+
 Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom) {
     try {
         cv::Mat large = in_colour(frame);

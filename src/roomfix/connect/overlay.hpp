@@ -28,6 +28,10 @@ struct OverlayOptions {
 Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
                           const std::vector<std::string>& labels, const OverlayOptions& options = {});
 
+/// Writes the frame with a grid of metres on the floor (map axes), the pixels that a calibration rests on, and where the map's origin and
+/// axes are, if in sight.
+Result<void> save_floor_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<Eigen::Vector2d>& seen);
+
 /// What a camera that looks up saw: landmarks with their names, spots that are none, lamps.
 struct CeilingOverlay {
     std::vector<LandmarkObservation> landmarks;

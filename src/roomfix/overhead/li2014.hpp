@@ -55,6 +55,8 @@ public:
 
     /// (18): distance along the aisle (m) from the width N (px) between the two lines.
     double ibdms(double line_width) const { return k_ / line_width - h_s_; }
+    double ibdms_factor() const { return k_; }    // K, m px
+    double ibdms_offset() const { return h_s_; }  // h_s, m
     /// (15)-(22) for one pixel of the floor (px, as in the image).
     std::optional<Eigen::Vector2d> floor_point(const Eigen::Vector2d& r_center) const;
 

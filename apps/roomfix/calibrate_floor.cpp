@@ -1,0 +1,181 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <sstream>
+
+#include "calibrate.hpp"
+#include "commands.hpp"
+#include "roomfix/base/number.hpp"
+#include "roomfix/connect/frame_source.hpp"
+#include "roomfix/connect/overlay.hpp"
+#include "roomfix/overhead/li2014.hpp"
+#include "roomfix/pipeline/floor_session.hpp"
+#include "roomfix/site/load_site.hpp"
+#include "roomfix/site/site_text.hpp"
+#include "terminal.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Arguments {
+    std::string site, camera, picture, overlay;
+    std::vector<std::string> points;
+    std::string tile, tile_at = "0,0,0";
+    double tile_size_mm = 300, tile_size_sigma_mm = 0.15;
+    double height = 0;
+    FloorOptions options;
+    bool no_grid = false;
+    WriteOptions write;
+};
+
+int give_up(const Error& error) {
+    complain(error.message);
+    return bad_input;
+}
+
+/// Numbers between commas.
+std::optional<std::vector<double>> numbers_in(const std::string& text) {
+    std::vector<double> numbers;
+    std::istringstream stream(text);
+    for (std::string part; std::getline(stream, part, ',');) {
+        const auto value = parse_number(part);
+        if (!value) return std::nullopt;
+        numbers.push_back(*value);
+    }
+    return numbers;
+}
+
+Result<FloorOptions> options_of(const Arguments& arguments) {
+    FloorOptions options = arguments.options;
+    for (const std::string& text : arguments.points) {
+        const auto equals = text.find('=');
+        const auto pixel = numbers_in(text.substr(0, equals));
+        const auto map = equals == std::string::npos ? std::nullopt : numbers_in(text.substr(equals + 1));
+        if (!pixel || !map || pixel->size() != 2 || map->size() != 2) {
+            return Error{fmt::format("--point {}: write the pixel and its place on the floor in metres, such as 321.5,240=1.2,3.4", text)};
+        }
+        options.points.push_back({{(*pixel)[0], (*pixel)[1]}, {(*map)[0], (*map)[1]}});
+    }
+    std::istringstream corners(arguments.tile);
+    for (std::string corner; corners >> corner;) {
+        const auto pixel = numbers_in(corner);
+        if (!pixel || pixel->size() != 2) return Error{fmt::format("--tile: {} is no pixel: write four, such as \"310,400 380,402 375,370 312,369\"", corner)};
+        options.tile.emplace_back((*pixel)[0], (*pixel)[1]);
+    }
+    const auto at = numbers_in(arguments.tile_at);
+    if (!at || at->size() != 3) return Error{fmt::format("--tile-at {}: write the first corner's x, y in metres and the first side's direction in degrees, such as 1.2,0,90", arguments.tile_at)};
+    options.grid = {{(*at)[0], (*at)[1], radians((*at)[2])}, 1e-3 * arguments.tile_size_mm, 1e-3 * arguments.tile_size_sigma_mm};
+    if (arguments.height > 0) options.height = arguments.height;
+    options.follow_joints = !arguments.no_grid;
+    return options;
+}
+
+/// The picture that was given, or the first of the camera's background or source.
+Result<LumaImage> picture_of(const Site& site, const SiteCamera& camera, const std::string& given) {
+    const std::string from = !given.empty() ? given : resolved_path(site, camera.background.empty() ? camera.source : camera.background);
+    auto source = open_source(from);
+    if (!source) return source.error();
+    SourceFrame frame;
+    const auto more = (*source)->next(frame);
+    if (!more) return more.error();
+    if (!*more) return Error{from + ": no picture in it"};
+    return std::move(frame.image);
+}
+
+/// What is known without points on the command line: those of the site file.
+void take_site_points(const SiteCamera& camera, FloorOptions& options) {
+    const auto* known = std::get_if<KnownFloorPoints>(&camera.placement);
+    if (known == nullptr || !options.points.empty()) return;
+    options.points = known->points;
+    options.click_sigma = known->sigma;
+}
+
+void print(const FloorSession& session, const SiteCamera& camera, const View& view) {
+    const FloorCalibration& found = session.calibration;
+    const Eigen::Vector3d p = view.position();
+    const Matrix6d& c = view.map_from_camera.covariance;
+    fmt::print("camera {}: at ({:.3f}, {:.3f}, {:.3f}) m +- ({:.1f}, {:.1f}, {:.1f}) mm, direction +- {:.2f} deg; residual {:.2f} px\n", camera.id, p.x(), p.y(),
+               p.z(), 1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(3, 3) + c(4, 4) + c(5, 5))), found.rms);
+    for (const FloorContribution& part : found.contributions) {
+        const std::string alone = part.alone ? fmt::format("alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "alone it would not fix the camera";
+        fmt::print("  {:16} {:5} sightings, {:.2f} px rms, {:3.0f} % of what is known; {}\n", part.name, part.sightings, part.rms, 100 * part.share, alone);
+    }
+    fmt::print("  expected error on the floor: {:.1f} mm rms{}\n", 1e3 * found.floor_error,
+               camera.intrinsics_covariance.isZero(0) ? ", if the lens is known exactly (calibrate lens)" : ", with that of the lens");
+}
+
+/// The constants of Li et al. 2014, (18), as the published method would set them up here.
+void print_published(const View& view) {
+    const auto rectangle = li2014_rectangle_ahead(view);
+    if (!rectangle) return;
+    const auto webcam = Li2014::set_up(view.model, *rectangle, li2014_aisle_ahead(view));
+    if (!webcam) return;
+    fmt::print("  as published (Li 2014): IBDMS d = {:.2f} m px / N - {:.3f} m; PLDMS with D_N = {:.2f} m\n", webcam->ibdms_factor(), webcam->ibdms_offset(),
+               rectangle->width);
+}
+
+int calibrate_floor_command(const Arguments& arguments) {
+    auto options = options_of(arguments);
+    if (!options) return give_up(options.error());
+    const auto site = load_site(arguments.site);
+    if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
+    const SiteCamera* camera = site->camera(arguments.camera);
+    if (camera == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
+    if (std::holds_alternative<Mount>(camera->placement)) {
+        return give_up(Error{fmt::format("camera {} rides on a robot: calibrate mount is what it needs", camera->id)});
+    }
+    if (options->tile.empty() && options->corner.empty()) take_site_points(*camera, *options);
+    const auto picture = picture_of(*site, *camera, arguments.picture);
+    if (!picture) return give_up(picture.error());
+    const auto session = calibrate_floor_from(*site, *camera, *picture, *options);
+    if (!session) return give_up(session.error());
+    const FloorCalibration& found = session->calibration;
+    const View view{camera->model, found.map_from_camera, {camera->intrinsics_covariance, found.by_intrinsics}};
+    print(*session, *camera, view);
+    print_published(view);
+    if (!arguments.overlay.empty()) {
+        std::vector<Eigen::Vector2d> seen;
+        for (const FloorSource& source : session->sources) {
+            for (const FloorSighting& s : source.sightings) seen.push_back(s.pixel);
+        }
+        if (auto saved = save_floor_overlay(arguments.overlay, *picture, view, seen); !saved) return give_up(saved.error());
+        say("overlay: " + arguments.overlay);
+    }
+    Quality quality{0, 1e3 * found.floor_error, "mm expected error on the floor"};
+    if (const auto before = fixed_view(*camera)) quality.before = 1e3 * floor_error(*before);
+    KnownPose known{found.map_from_camera, true, camera->intrinsics_covariance.isZero(0) ? PoseByIntrinsics::Zero() : found.by_intrinsics};
+    std::vector<CameraValue> values = {{"pose", pose_text(known, camera->model)}};
+    for (const char* old : {"floor_points", "floor_points_sigma", "height", "height_sigma"}) values.push_back({old, ""});
+    return write_or_show(arguments.site, camera->id, values, quality, arguments.write);
+}
+
+}  // namespace
+
+void add_calibrate_floor(CLI::App& calibrate, int& exit_code) {
+    auto* floor = calibrate.add_subcommand("floor", "where a fixed camera is, from the floor it sees: points, tiles, tags, and from a room's corner");
+    auto arguments = std::make_shared<Arguments>();
+    floor->add_option("SITE", arguments->site, "site file")->required();
+    floor->add_option("--camera", arguments->camera, "camera that stands still")->required();
+    floor->add_option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
+    floor->add_option("--point", arguments->points, "pixel and its place on the floor: U,V=X,Y; four or more (default: the site file's floor_points)");
+    floor->add_option("--click-sigma", arguments->options.click_sigma, "px: how exactly each coordinate was clicked")
+        ->capture_default_str()
+        ->check(CLI::Range(0.01, 50.0));
+    floor->add_option("--tile", arguments->tile, "four corners of one tile: \"U,V U,V U,V U,V\", counter-clockwise seen from above");
+    floor->add_option("--tile-size-mm", arguments->tile_size_mm, "from joint to joint")->capture_default_str()->check(CLI::Range(1.0, 10000.0));
+    floor->add_option("--tile-size-sigma-mm", arguments->tile_size_sigma_mm, "how well that is known, on average over many tiles")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 100.0));
+    floor->add_option("--tile-at", arguments->tile_at, "X,Y,YAW: the tile's first corner in the map (m), and the direction of its first side (deg)")
+        ->capture_default_str();
+    floor->add_flag("--no-grid", arguments->no_grid, "use the four clicks alone, do not look for the other tiles' joints");
+    floor->add_option("--corner", arguments->options.corner, "corner of the site that the camera sees; needs --height");
+    floor->add_option("--height", arguments->height, "m, of the camera above the floor")->check(CLI::Range(0.01, 1000.0));
+    floor->add_option("--height-sigma", arguments->options.height_sigma, "m, how well that is known")->capture_default_str()->check(CLI::Range(1e-5, 10.0));
+    floor->add_option("--overlay", arguments->overlay, "picture to write: what was seen, and a grid of metres on the floor");
+    add_write_options(*floor, arguments->write);
+    floor->footer("Example: roomfix calibrate floor site.yaml --camera hall --tile \"310,400 380,402 375,370 312,369\" --tile-size-mm 300 --write");
+    floor->callback([=, &exit_code] { exit_code = calibrate_floor_command(*arguments); });
+}
+
+}  // namespace roomfix
