@@ -63,7 +63,9 @@ Result<FloorOptions> options_of(const Arguments& arguments) {
         options.tile.emplace_back((*pixel)[0], (*pixel)[1]);
     }
     const auto at = numbers_in(arguments.tile_at);
-    if (!at || at->size() != 3) return Error{fmt::format("--tile-at {}: write the first corner's x, y in metres and the first side's direction in degrees, such as 1.2,0,90", arguments.tile_at)};
+    if (!at || at->size() != 3)
+        return Error{fmt::format("--tile-at {}: write the first corner's x, y in metres and the first side's direction in degrees, such as 1.2,0,90",
+                                 arguments.tile_at)};
     options.grid = {{(*at)[0], (*at)[1], radians((*at)[2])}, 1e-3 * arguments.tile_size_mm, 1e-3 * arguments.tile_size_sigma_mm};
     if (arguments.height > 0) options.height = arguments.height;
     options.follow_joints = !arguments.no_grid;
@@ -94,10 +96,12 @@ void print(const FloorSession& session, const SiteCamera& camera, const View& vi
     const FloorCalibration& found = session.calibration;
     const Eigen::Vector3d p = view.position();
     const Matrix6d& c = view.map_from_camera.covariance;
-    fmt::print("camera {}: at ({:.3f}, {:.3f}, {:.3f}) m +- ({:.1f}, {:.1f}, {:.1f}) mm, direction +- {:.2f} deg; residual {:.2f} px\n", camera.id, p.x(), p.y(),
-               p.z(), 1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(3, 3) + c(4, 4) + c(5, 5))), found.rms);
+    fmt::print("camera {}: at ({:.3f}, {:.3f}, {:.3f}) m +- ({:.1f}, {:.1f}, {:.1f}) mm, direction +- {:.2f} deg; residual {:.2f} px\n", camera.id, p.x(),
+               p.y(), p.z(), 1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(3, 3) + c(4, 4) + c(5, 5))),
+               found.rms);
     for (const FloorContribution& part : found.contributions) {
-        const std::string alone = part.alone ? fmt::format("alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "alone it would not fix the camera";
+        const std::string alone =
+            part.alone ? fmt::format("alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "alone it would not fix the camera";
         fmt::print("  {:16} {:5} sightings, {:.2f} px rms, {:3.0f} % of what is known; {}\n", part.name, part.sightings, part.rms, 100 * part.share, alone);
     }
     fmt::print("  expected error on the floor: {:.1f} mm rms{}\n", 1e3 * found.floor_error,

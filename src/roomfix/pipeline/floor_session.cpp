@@ -66,7 +66,8 @@ Result<FloorSource> corner_source(const Site& site, const SiteCamera& camera, Lu
     if (!looking) return looking.error();
     CornerCameraResult result;
     (*looking)->look(picture, hints, result);
-    if (result.located.places.empty()) return Error{fmt::format("--corner {}: {}", options.corner, result.seen.reason.empty() ? result.located.reason : result.seen.reason)};
+    if (result.located.places.empty())
+        return Error{fmt::format("--corner {}: {}", options.corner, result.seen.reason.empty() ? result.located.reason : result.seen.reason)};
     if (result.located.places.size() > 1 && result.located.places[0].weight < 0.9) {
         return Error{fmt::format("--corner {}: the picture allows {} poses; add floor points", options.corner, result.located.places.size())};
     }
@@ -123,9 +124,10 @@ Result<FloorSession> calibrate_floor_from(const Site& site, const SiteCamera& ca
     }
     if (found->rival) {
         const Eigen::Vector3d a = found->map_from_camera.pose.translation(), b = found->rival->translation();
-        return Error{fmt::format("the camera may be at ({:.2f}, {:.2f}, {:.2f}) m or at ({:.2f}, {:.2f}, {:.2f}) m: these points are too close together to tell; "
-                                 "add a point of the floor farther away",
-                                 a.x(), a.y(), a.z(), b.x(), b.y(), b.z())};
+        return Error{
+            fmt::format("the camera may be at ({:.2f}, {:.2f}, {:.2f}) m or at ({:.2f}, {:.2f}, {:.2f}) m: these points are too close together to tell; "
+                        "add a point of the floor farther away",
+                        a.x(), a.y(), a.z(), b.x(), b.y(), b.z())};
     }
     session.calibration = std::move(*found);
     return session;

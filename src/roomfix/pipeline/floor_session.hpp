@@ -13,8 +13,8 @@
 namespace roomfix {
 
 struct FloorOptions {
-    std::vector<FloorPoint> points;  // clicked
-    double click_sigma = 0.5;        // px, of each coordinate
+    std::vector<FloorPoint> points;     // clicked
+    double click_sigma = 0.5;           // px, of each coordinate
     std::vector<Eigen::Vector2d> tile;  // px, four corners of one tile, counter-clockwise seen from above
     TileGrid grid;                      // where that tile is: its first corner is the grid's origin, its first side the x axis
     bool follow_joints = true;          // from the tile on, over the whole floor

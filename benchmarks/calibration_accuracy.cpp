@@ -1,0 +1,196 @@
+// Calibrations at full length: are their covariances true, and how good is a floor from one tile?
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "roomfix/base/random.hpp"
+#include "roomfix/calibrate/lens.hpp"
+#include "roomfix/calibrate/mount.hpp"
+#include "roomfix/calibrate/tile_grid.hpp"
+#include "roomfix/simulate/camera_renderer.hpp"
+#include "roomfix/simulate/plane_picture.hpp"
+#include "roomfix/simulate/scenario.hpp"
+
+namespace {
+
+using namespace roomfix;
+
+const Chessboard board{9, 6, 0.025};
+const Eigen::Vector2d board_size(8 * 0.025, 5 * 0.025);
+
+/// How often true numbers lie inside their 95 % intervals.
+struct Coverage {
+    int inside = 0, all = 0;
+    void add(double error, double sigma) {
+        inside += std::abs(error) < 1.96 * sigma;
+        ++all;
+    }
+    double percent() const { return 100.0 * inside / std::max(all, 1); }
+};
+
+/// Corners read from rendered pictures, or straight from geometry with noise.
+std::vector<BoardShot> shots_of(const CameraModel& camera, bool rendered, std::uint64_t seed, Random& random) {
+    std::vector<BoardShot> shots;
+    std::optional<PlanePictures> pictures;
+    if (rendered) pictures.emplace(camera, SensorModel{}, seed);
+    LumaImage picture;
+    for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 15, random)) {
+        const std::string name = fmt::format("shot {}", shots.size());
+        if (rendered) {
+            pictures->render(chessboard_pattern(board.columns, board.rows, board.square), pose, shots.size(), picture);
+            shots.push_back(find_chessboard(picture, board, name));
+            continue;
+        }
+        BoardShot shot{name, {}, 2, 30, ""};
+        for (int i = 0; i < board.corners(); ++i) {
+            const Eigen::Vector2d at = board.corner(i);
+            shot.corners.push_back(*project(camera, pose * Eigen::Vector3d(at.x(), at.y(), 0)) + Eigen::Vector2d(random.normal(0.1), random.normal(0.1)));
+        }
+        shots.push_back(shot);
+    }
+    return shots;
+}
+
+void measure_lens(Distortion kind, bool rendered, int runs) {
+    Random random(1 + static_cast<std::uint64_t>(kind));
+    Coverage coverage;
+    double noise = 0;
+    int failed = 0;
+    for (int run = 0; run < runs; ++run) {
+        CameraModel camera = make_camera_model(640, 480, random.uniform(480, 600), random.uniform(480, 600), random.uniform(305, 335), random.uniform(225, 255),
+                                               {random.uniform(-0.3, 0.1), random.uniform(-0.05, 0.1), 0.001, -0.0006, 0.01});
+        if (kind == Distortion::rational_polynomial) {
+            camera = make_camera_model(640, 480, random.uniform(380, 420), random.uniform(380, 420), 322, 238, {0.4, 0.1, 0.001, -0.0006, 0.01, 0.7, 0.2, 0.02}, kind);
+        }
+        if (kind == Distortion::equidistant) {
+            camera = make_camera_model(640, 480, random.uniform(270, 310), random.uniform(270, 310), 318, 243, {-0.02, 0.01, -0.004, 0.001}, kind);
+        }
+        const auto lens = calibrate_lens(shots_of(camera, rendered, random.bits(), random), 640, 480, board, {.kind = kind});
+        if (!lens) {
+            ++failed;
+            continue;
+        }
+        noise += lens->sigma;
+        for (int i = 0; i < camera.intrinsics_count(); ++i) coverage.add(lens->model.intrinsics()[i] - camera.intrinsics()[i], std::sqrt(lens->covariance(i, i)));
+    }
+    fmt::print("lens {:20} {:9} {} runs: {:.1f} % of the true numbers inside their 95 % intervals (goal 93); corner noise {:.3f} px; {} failed\n", name_of(kind),
+               rendered ? "rendered" : "geometry", runs, coverage.percent(), noise / (runs - failed), failed);
+}
+
+struct FloorRun {
+    bool doubtful = false;
+    double nees = 0, error = 0, stated = 0;
+};
+
+/// One clicked tile three metres away, alone or with the joints of the whole floor; the error is that of a place six metres away.
+FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
+    Random random(seed);
+    const CameraModel camera = make_camera_model(640, 480, 518, 518, 320.5, 238, {-0.1, 0.02, 0.0005, -0.001, 0});
+    const View truth{camera,
+                     {looking_at({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(2.2, 2.6)}, {random.uniform(3.5, 4.5), random.uniform(-0.3, 0.3), 0}),
+                      Matrix6d::Zero()}};
+    FloorSource clicks{"clicks"};
+    for (const Eigen::Vector2d& corner : {Eigen::Vector2d(3, 0), {3.3, 0}, {3.3, 0.3}, {3, 0.3}}) {
+        const Eigen::Vector2d pixel = *project_map_point(truth, {corner.x(), corner.y(), 0});
+        clicks.sightings.push_back(clicked_point(pixel + Eigen::Vector2d(random.normal(0.5), random.normal(0.5)), corner, 0.5));
+    }
+    auto found = calibrate_floor(camera, IntrinsicsMatrix::Zero(), {clicks});
+    FloorRun run;
+    if (joints && found) {
+        LumaImage picture;
+        CameraRenderer(Scene{}, truth, {}, seed).render({}, 1, 0, picture);
+        UncertainPose3 start = found->map_from_camera;
+        FloorSource grid = find_tile_grid(picture, {camera, start}, {{3, 0, 0}, 0.3}, {clicks});
+        if (found->rival) {
+            const UncertainPose3 other{*found->rival, start.covariance};
+            FloorSource others = find_tile_grid(picture, {camera, other}, {{3, 0, 0}, 0.3}, {clicks});
+            if (others.sightings.size() > grid.sightings.size()) grid = others, start = other;
+        }
+        found = calibrate_floor(camera, IntrinsicsMatrix::Zero(), {clicks, grid}, start);
+    }
+    run.doubtful = !found || found->rival;
+    if (run.doubtful) return run;
+    Vector6d off;
+    off << found->map_from_camera.pose.translation() - truth.position(), rotation_vector(found->map_from_camera.pose.linear() * truth.map_from_camera.pose.linear().transpose());
+    run.nees = off.dot(found->map_from_camera.covariance.ldlt().solve(off));
+    const View view{camera, found->map_from_camera};
+    const Eigen::Vector2d place(6, 0.2), pixel = *project_map_point(truth, {place.x(), place.y(), 0});
+    run.error = (pixel_to_plane(view, pixel, 0)->point - place).norm();
+    run.stated = floor_sigma(view, pixel).value_or(0);
+    return run;
+}
+
+void measure_floor(bool joints, int runs) {
+    double nees = 0, squares = 0, stated = 0, largest = 0;
+    int doubtful = 0, good = 0;
+    for (int i = 0; i < runs; ++i) {
+        const FloorRun run = calibrate_floor_once(joints, 1000 + static_cast<std::uint64_t>(i));
+        if (run.doubtful) {
+            ++doubtful;
+            continue;
+        }
+        nees += run.nees;
+        squares += run.error * run.error;
+        stated += run.stated * run.stated;
+        largest = std::max(largest, run.error);
+        ++good;
+    }
+    const double spread = 1.96 * std::sqrt(12.0 / good);
+    fmt::print("floor from one tile{}: {} runs, {} say that the camera may be elsewhere; NEES {:.2f} ({:.2f}-{:.2f}); 6 m away {:.1f} mm rms, {:.1f} at most (goal 10 with "
+               "the grid), {:.1f} stated\n",
+               joints ? " and the grid" : ", four clicks alone", runs, doubtful, nees / good, 6 - spread, 6 + spread, 1e3 * std::sqrt(squares / good), 1e3 * largest,
+               1e3 * std::sqrt(stated / good));
+}
+
+/// A robot that turns on the spot below a landmark; tilt and place of its camera.
+void measure_mount(int runs) {
+    Random random(3);
+    Coverage coverage;
+    const Scenario scenario = kim2011_spin_scenario(1, 0);
+    const auto leds = map_points(scenario.site.landmarks[0]);
+    const CameraOnRobot level{scenario.site.cameras[0].model, {looking_up(0.30), Matrix6d::Zero()}};
+    const MountSettings settings{.point_sigma = 1e-6};
+    for (int run = 0; run < runs; ++run) {
+        CameraOnRobot truth = level;
+        Vector6d error = Vector6d::Zero();
+        for (int k = 0; k < 3; ++k) error[k] = random.normal(settings.position_sigma);
+        error[3] = random.normal(radians(0.5));
+        error[4] = random.normal(radians(0.5));
+        truth.robot_from_camera.pose = perturbed(truth.robot_from_camera.pose, error);
+        std::vector<MountFrame> frames;
+        for (int i = 0; i < 60; ++i) {
+            const Pose2 pose{1.35 + random.normal(0.002), 1.05 + random.normal(0.002), wrap_angle(2 * std::numbers::pi * i / 60)};
+            MountFrame frame;
+            frame.pose = {pose.x + random.normal(0.02), pose.y + random.normal(0.02), pose.yaw + random.normal(0.02)};
+            for (const auto& led : leds) {
+                const Eigen::Vector2d pixel = *predict_point(truth, pose, led) + Eigen::Vector2d(random.normal(0.02), random.normal(0.02));
+                frame.points.push_back({led, pixel, 4e-4 * Eigen::Matrix2d::Identity(), 0, 0});
+            }
+            frames.push_back(frame);
+        }
+        const auto found = calibrate_mount(level, frames, settings);
+        if (!found) continue;
+        const Eigen::Vector3d moved = found->robot_from_camera.pose.translation() - truth.robot_from_camera.pose.translation();
+        const Eigen::Vector3d turned = rotation_vector(found->robot_from_camera.pose.linear() * truth.robot_from_camera.pose.linear().transpose());
+        for (int k = 0; k < 3; ++k) coverage.add(moved[k], std::sqrt(found->robot_from_camera.covariance(k, k)));
+        for (int k = 0; k < 2; ++k) coverage.add(turned[k], std::sqrt(found->robot_from_camera.covariance(3 + k, 3 + k)));
+    }
+    fmt::print("mount: {} runs: {:.1f} % of the true numbers inside their 95 % intervals (goal 93)\n", runs, coverage.percent());
+}
+
+}  // namespace
+
+int main() {
+    std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
+    for (const Distortion kind : {Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant}) measure_lens(kind, false, 200);
+    measure_floor(false, 200);
+    measure_floor(true, 100);
+    measure_mount(200);
+    for (const Distortion kind : {Distortion::plumb_bob, Distortion::equidistant}) measure_lens(kind, true, 40);
+    return 0;
+}
