@@ -65,7 +65,8 @@ void measure_lens(Distortion kind, bool rendered, int runs) {
         CameraModel camera = make_camera_model(640, 480, random.uniform(480, 600), random.uniform(480, 600), random.uniform(305, 335), random.uniform(225, 255),
                                                {random.uniform(-0.3, 0.1), random.uniform(-0.05, 0.1), 0.001, -0.0006, 0.01});
         if (kind == Distortion::rational_polynomial) {
-            camera = make_camera_model(640, 480, random.uniform(380, 420), random.uniform(380, 420), 322, 238, {0.4, 0.1, 0.001, -0.0006, 0.01, 0.7, 0.2, 0.02}, kind);
+            camera = make_camera_model(640, 480, random.uniform(380, 420), random.uniform(380, 420), 322, 238, {0.4, 0.1, 0.001, -0.0006, 0.01, 0.7, 0.2, 0.02},
+                                       kind);
         }
         if (kind == Distortion::equidistant) {
             camera = make_camera_model(640, 480, random.uniform(270, 310), random.uniform(270, 310), 318, 243, {-0.02, 0.01, -0.004, 0.001}, kind);
@@ -76,10 +77,11 @@ void measure_lens(Distortion kind, bool rendered, int runs) {
             continue;
         }
         noise += lens->sigma;
-        for (int i = 0; i < camera.intrinsics_count(); ++i) coverage.add(lens->model.intrinsics()[i] - camera.intrinsics()[i], std::sqrt(lens->covariance(i, i)));
+        for (int i = 0; i < camera.intrinsics_count(); ++i)
+            coverage.add(lens->model.intrinsics()[i] - camera.intrinsics()[i], std::sqrt(lens->covariance(i, i)));
     }
-    fmt::print("lens {:20} {:9} {} runs: {:.1f} % of the true numbers inside their 95 % intervals (goal 93); corner noise {:.3f} px; {} failed\n", name_of(kind),
-               rendered ? "rendered" : "geometry", runs, coverage.percent(), noise / (runs - failed), failed);
+    fmt::print("lens {:20} {:9} {} runs: {:.1f} % of the true numbers inside their 95 % intervals (goal 93); corner noise {:.3f} px; {} failed\n",
+               name_of(kind), rendered ? "rendered" : "geometry", runs, coverage.percent(), noise / (runs - failed), failed);
 }
 
 struct FloorRun {
@@ -91,9 +93,10 @@ struct FloorRun {
 FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
     Random random(seed);
     const CameraModel camera = make_camera_model(640, 480, 518, 518, 320.5, 238, {-0.1, 0.02, 0.0005, -0.001, 0});
-    const View truth{camera,
-                     {looking_at({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(2.2, 2.6)}, {random.uniform(3.5, 4.5), random.uniform(-0.3, 0.3), 0}),
-                      Matrix6d::Zero()}};
+    const View truth{
+        camera,
+        {looking_at({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(2.2, 2.6)}, {random.uniform(3.5, 4.5), random.uniform(-0.3, 0.3), 0}),
+         Matrix6d::Zero()}};
     FloorSource clicks{"clicks"};
     for (const Eigen::Vector2d& corner : {Eigen::Vector2d(3, 0), {3.3, 0}, {3.3, 0.3}, {3, 0.3}}) {
         const Eigen::Vector2d pixel = *project_map_point(truth, {corner.x(), corner.y(), 0});
@@ -116,7 +119,8 @@ FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
     run.doubtful = !found || found->rival;
     if (run.doubtful) return run;
     Vector6d off;
-    off << found->map_from_camera.pose.translation() - truth.position(), rotation_vector(found->map_from_camera.pose.linear() * truth.map_from_camera.pose.linear().transpose());
+    off << found->map_from_camera.pose.translation() - truth.position(),
+        rotation_vector(found->map_from_camera.pose.linear() * truth.map_from_camera.pose.linear().transpose());
     run.nees = off.dot(found->map_from_camera.covariance.ldlt().solve(off));
     const View view{camera, found->map_from_camera};
     const Eigen::Vector2d place(6, 0.2), pixel = *project_map_point(truth, {place.x(), place.y(), 0});
@@ -141,10 +145,12 @@ void measure_floor(bool joints, int runs) {
         ++good;
     }
     const double spread = 1.96 * std::sqrt(12.0 / good);
-    fmt::print("floor from one tile{}: {} runs, {} say that the camera may be elsewhere; NEES {:.2f} ({:.2f}-{:.2f}); 6 m away {:.1f} mm rms, {:.1f} at most (goal 10 with "
-               "the grid), {:.1f} stated\n",
-               joints ? " and the grid" : ", four clicks alone", runs, doubtful, nees / good, 6 - spread, 6 + spread, 1e3 * std::sqrt(squares / good), 1e3 * largest,
-               1e3 * std::sqrt(stated / good));
+    fmt::print(
+        "floor from one tile{}: {} runs, {} say that the camera may be elsewhere; NEES {:.2f} ({:.2f}-{:.2f}); 6 m away {:.1f} mm rms, {:.1f} at most (goal 10 "
+        "with "
+        "the grid), {:.1f} stated\n",
+        joints ? " and the grid" : ", four clicks alone", runs, doubtful, nees / good, 6 - spread, 6 + spread, 1e3 * std::sqrt(squares / good), 1e3 * largest,
+        1e3 * std::sqrt(stated / good));
 }
 
 /// A robot that turns on the spot below a landmark; tilt and place of its camera.

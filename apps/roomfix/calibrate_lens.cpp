@@ -118,8 +118,8 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
     }
     const std::string kind = model.kind == Distortion::plumb_bob ? "" : name_of(model.kind);
     return write_or_show(arguments.site, arguments.camera,
-                         {{"intrinsics", intrinsics_text(model, known)}, {"distortion_model", kind}, {"distortion", distortion_text(model)}}, quality,
-                         arguments.write);
+                         {{"intrinsics", intrinsics_text(model, known)}, {"distortion_model", kind}, {"distortion", distortion_text(model)}, {"lens_grid", ""}},
+                         quality, arguments.write);
 }
 
 int calibrate_lens_command(const Arguments& arguments) {

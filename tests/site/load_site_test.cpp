@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "roomfix/site/lens_grid_file.hpp"
 #include "roomfix/site/site_text.hpp"
 
 namespace roomfix {
@@ -184,6 +185,51 @@ TEST(LoadSite, ReadsHowFarACamerasClockMayBeOffAndWritesItAgain) {
     EXPECT_EQ(parse_site(site_text(first.site), "/somewhere").site.cameras[0].time_offset_sigma, 0.05);
     EXPECT_TRUE(
         problem_with(parse_site(with(good, "    size: [640, 480]", "    size: [640, 480]\n    time_offset_sigma: -1"), "/somewhere"), "time_offset_sigma"));
+}
+
+TEST(LoadSite, ReadsLensesOfAllKindsWithTheirCovarianceAndWritesThemAgain) {
+    SiteCamera camera = parse_site(good, "/somewhere").site.cameras[0];
+    for (const Distortion kind : {Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant}) {
+        Site site = parse_site(good, "/somewhere").site;
+        camera.model = make_camera_model(640, 480, 500, 501, 320, 240, {0.1, 0.02, 0.001, 0.002}, kind);
+        const int count = camera.model.intrinsics_count();
+        camera.intrinsics_covariance.setZero();
+        camera.intrinsics_covariance.diagonal().head(count).setLinSpaced(0.1, 0.5);
+        camera.intrinsics_covariance(0, 1) = camera.intrinsics_covariance(1, 0) = 0.05;
+        KnownPose known{{looking_at({0, 0, 2}, {3, 0, 0}), 1e-6 * Matrix6d::Identity()}, true};
+        known.by_intrinsics.leftCols(count).setConstant(0.25);
+        camera.placement = known;
+        site.cameras[0] = camera;
+        const LoadedSite again = parse_site(site_text(site), "/somewhere");
+        for (const auto& p : again.problems) EXPECT_FALSE(p.fatal) << p.message;
+        const SiteCamera& read = again.site.cameras[0];
+        EXPECT_EQ(read.model.kind, kind);
+        EXPECT_EQ(read.model.distortion, camera.model.distortion);
+        EXPECT_EQ(read.intrinsics_covariance, camera.intrinsics_covariance);
+        EXPECT_EQ(std::get<KnownPose>(read.placement).by_intrinsics, known.by_intrinsics);
+        // The fixes of such a camera are less certain than those of one whose lens is known exactly.
+        const View exact{camera.model, known.map_from_camera}, uncertain = *fixed_view(read);
+        EXPECT_GT(uncertain.calibration.norm(), 10 * exact.calibration.norm());
+    }
+    EXPECT_TRUE(problem_with(parse_site(with(good, "    size: [640, 480]", "    size: [640, 480]\n    distortion_model: fish"), "/"),
+                             "plumb_bob, rational_polynomial or equidistant"));
+    EXPECT_TRUE(problem_with(parse_site(with(good, "    size: [640, 480]", "    size: [640, 480]\n    lens_grid: none.csv"), "/"), "none.csv"));
+}
+
+TEST(LensGridFile, ReadsBackAndNamesTheLineThatIsWrong) {
+    std::string text = "column,row,u,v,ideal_u,ideal_v\n";
+    for (int i = 0; i < 12; ++i)
+        text += std::to_string(i % 4) + "," + std::to_string(i / 4) + "," + std::to_string(10 * (i % 4)) + "," + std::to_string(10 * (i / 4)) + ",0" +
+                std::to_string(11 * (i % 4)) + "," + std::to_string(11 * (i / 4)) + "\n";
+    const auto grid = parse_lens_grid(text);
+    ASSERT_TRUE(grid) << grid.error().message;
+    EXPECT_EQ(grid->columns(), 4);
+    EXPECT_EQ(lens_grid_text(*parse_lens_grid(lens_grid_text(*grid))), lens_grid_text(*grid));
+    EXPECT_NE(parse_lens_grid("u,v\n").error().message.find("line 1"), std::string::npos);
+    EXPECT_NE(parse_lens_grid(text + "0,3,x,1,1,1\n").error().message.find("line 14"), std::string::npos);
+    EXPECT_NE(parse_lens_grid(text + "2,3,1,1,1,1\n").error().message.find("row by row"), std::string::npos);
+    EXPECT_FALSE(parse_lens_grid(text + "0,3,1,40,1,40\n")) << "half a row";
+    EXPECT_FALSE(parse_lens_grid(""));
 }
 
 TEST(LoadSite, RefusesAnUnknownDriveAndOdometryOfMany) {

@@ -198,13 +198,11 @@ Result<FloorCalibration> calibrate_floor(const CameraModel& model, const Intrins
         other.map_from_camera.pose = *mirrored;
         auto there = refine(other, sources);
         const bool another = rotation_vector(other.map_from_camera.pose.linear() * view.map_from_camera.pose.linear().transpose()).norm() > 0.02;
-        if (visible(there) && another && cost_of(there) < cost_of(at) + rival_margin) {
-            if (cost_of(there) < cost_of(at)) {
-                std::swap(view, other);
-                std::swap(at, there);
-            }
-            result.rival = other.map_from_camera.pose;
+        if (visible(there) && another && cost_of(there) < cost_of(at)) {
+            std::swap(view, other);
+            std::swap(at, there);
         }
+        if (visible(there) && another && cost_of(there) < cost_of(at) + rival_margin) result.rival = other.map_from_camera.pose;
     }
     const Matrix6d information = sum_of(at, [](const Linearised& l) { return l.information; });
     if (!fixes_pose(information)) return Error{"these points do not fix the camera's pose: add some that span an area of the floor"};

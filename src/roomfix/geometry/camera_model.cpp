@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "roomfix/geometry/lens_grid.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -178,10 +180,19 @@ std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Ve
         by_intrinsics->leftCols<4>() << bent.x(), 0, 1, 0, 0, bent.y(), 0, 1;
         by_intrinsics->rightCols<most_distortion>() = Eigen::Vector2d(model.fx, model.fy).asDiagonal() * by_distortion(model, normalised);
     }
-    return Eigen::Vector2d(model.fx * bent.x() + model.cx, model.fy * bent.y() + model.cy);
+    const Eigen::Vector2d pixel(model.fx * bent.x() + model.cx, model.fy * bent.y() + model.cy);
+    if (!model.grid) return pixel;
+    Eigen::Matrix2d by_ideal;
+    const auto seen = model.grid->distorted(pixel, &by_ideal);
+    if (seen && jacobian) *jacobian = (by_ideal * *jacobian).eval();
+    if (seen && by_intrinsics) *by_intrinsics = (by_ideal * *by_intrinsics).eval();
+    return seen;
 }
 
-std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
+namespace {
+
+/// The same without a grid.
+std::optional<Eigen::Vector2d> unproject_ideal(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
     const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
     const double distorted_radius = target.norm();
     if (!std::isfinite(distorted_radius)) return std::nullopt;
@@ -212,10 +223,21 @@ std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::
     return std::nullopt;
 }
 
+}  // namespace
+
+std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
+    if (!model.grid) return unproject_ideal(model, pixel, jacobian);
+    Eigen::Matrix2d by_pixel;
+    const auto ideal = model.grid->corrected(pixel, &by_pixel);
+    const auto ray = ideal ? unproject_ideal(model, *ideal, jacobian) : std::nullopt;
+    if (ray && jacobian) *jacobian = (*jacobian * by_pixel).eval();
+    return ray;
+}
+
 std::optional<CameraModel> rescaled(const CameraModel& model, int width, int height) {
     const double across = static_cast<double>(width) / model.width, down = static_cast<double>(height) / model.height;
     // Sizes are whole pixels: a picture of half the size may have lost a half.
-    if (!(across > 0) || std::abs(across - down) * std::max(model.width, model.height) > 1.5 * std::max(across, 1.0)) return std::nullopt;
+    if (model.grid || !(across > 0) || std::abs(across - down) * std::max(model.width, model.height) > 1.5 * std::max(across, 1.0)) return std::nullopt;
     CameraModel scaled = model;
     scaled.width = width;
     scaled.height = height;

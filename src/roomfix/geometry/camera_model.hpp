@@ -4,10 +4,13 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string_view>
 
 namespace roomfix {
+
+class LensGrid;
 
 /// How the lens bends rays; the names are those of ROS. With x, y of the ray at z = 1 and r^2 = x^2 + y^2:
 enum class Distortion : std::uint8_t {
@@ -39,7 +42,8 @@ struct CameraModel {
     double cy = 0;
     std::array<double, most_distortion> distortion = {};  // zeros beyond what the kind has
     Distortion kind = Distortion::plumb_bob;
-    double max_radius_squared = 1e30;  // set by prepare(): the model folds back beyond this r^2
+    double max_radius_squared = 1e30;      // set by prepare(): the model folds back beyond this r^2
+    std::shared_ptr<const LensGrid> grid;  // of a lens that no formula fits: pixels are corrected by it, and nothing is seen outside it
 
     /// Finds the radius up to which the distortion is invertible. Call once after filling in the numbers.
     void prepare();
@@ -70,7 +74,8 @@ std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Ve
 /// `jacobian`, if asked for, is d(x/z, y/z) / d(pixel). Nothing where the model has no inverse.
 std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian = nullptr);
 
-/// The same camera at another resolution of the same picture: all of it, scaled. Nothing if the shape of the picture is another one.
+/// The same camera at another resolution of the same picture: all of it, scaled. Nothing if the shape of the picture is another one,
+/// or the lens is described by a grid.
 std::optional<CameraModel> rescaled(const CameraModel& model, int width, int height);
 
 }  // namespace roomfix

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "roomfix/site/lens_grid_file.hpp"
 #include "roomfix/site/yaml_reader.hpp"
 
 namespace roomfix {
@@ -105,7 +106,7 @@ std::optional<Placement> read_placement(YamlReader& reader, const YAML::Node& no
 }
 
 /// The lens: which model, its numbers, and how well they are known.
-void read_lens(YamlReader& reader, const YAML::Node& node, const std::string& what, SiteCamera& camera) {
+void read_lens(YamlReader& reader, const YAML::Node& node, const std::filesystem::path& folder, const std::string& what, SiteCamera& camera) {
     CameraModel& model = camera.model;
     const YAML::Node intrinsics = reader.required(node, "intrinsics", what);
     const bool is_map = intrinsics.IsDefined() && reader.map(intrinsics, what + ".intrinsics", {"fx", "fy", "cx", "cy", "covariance"});
@@ -128,6 +129,13 @@ void read_lens(YamlReader& reader, const YAML::Node& node, const std::string& wh
     if (const auto d = reader.numbers(node["distortion"], what + ".distortion", numbers, -1e4, 1e4)) {
         std::copy(d->begin(), d->end(), model.distortion.begin());
     }
+    if (const auto file = reader.text(node["lens_grid"], what + ".lens_grid")) {
+        camera.lens_grid = *file;
+        if (node["distortion"].IsDefined()) reader.error(node["lens_grid"], what + " has lens_grid and distortion: keep one of them");
+        auto grid = load_lens_grid(folder / *file);
+        if (!grid) reader.error(node["lens_grid"], grid.error().message);
+        if (grid) model.grid = std::make_shared<const LensGrid>(std::move(*grid));
+    }
     if (!is_map) return;
     const int count = model.intrinsics_count();
     const auto c = reader.numbers(intrinsics["covariance"], what + ".intrinsics.covariance", static_cast<std::size_t>(count * count), -1e12, 1e12);
@@ -148,8 +156,8 @@ void read_lens(YamlReader& reader, const YAML::Node& node, const std::string& wh
 void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "cameras." + id;
     if (!reader.map(node, what,
-                    {"source", "size", "intrinsics", "distortion", "distortion_model", "pose", "floor_points", "floor_points_sigma", "mount", "height",
-                     "height_sigma", "robot", "background", "time_offset_sigma"})) {
+                    {"source", "size", "intrinsics", "distortion", "distortion_model", "lens_grid", "pose", "floor_points", "floor_points_sigma", "mount",
+                     "height", "height_sigma", "robot", "background", "time_offset_sigma"})) {
         return;
     }
     SiteCamera camera;
@@ -158,7 +166,7 @@ void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& no
     camera.time_offset_sigma = reader.number(node["time_offset_sigma"], what + ".time_offset_sigma", 0, 10).value_or(0);
     camera.background = reader.text(node["background"], what + ".background").value_or("");
     const auto size = reader.numbers(reader.required(node, "size", what), what + ".size", 2, 1, 32768);
-    read_lens(reader, node, what, camera);
+    read_lens(reader, node, site.folder, what, camera);
     if (size) {
         camera.model.width = static_cast<int>((*size)[0]);
         camera.model.height = static_cast<int>((*size)[1]);

@@ -56,7 +56,7 @@ std::string camera_text(const SiteCamera& camera) {
     std::string text = fmt::format("  {}:\n    source: {}\n    size: [{}, {}]\n", camera.id, camera.source, m.width, m.height);
     text += "    intrinsics: " + intrinsics_text(m, camera.intrinsics_covariance) + "\n";
     if (m.kind != Distortion::plumb_bob) text += fmt::format("    distortion_model: {}\n", name_of(m.kind));
-    text += "    distortion: " + distortion_text(m) + "\n";
+    text += camera.lens_grid.empty() ? "    distortion: " + distortion_text(m) + "\n" : "    lens_grid: " + camera.lens_grid + "\n";
     text += std::visit(PlacementText{camera.model}, camera.placement);
     if (camera.time_offset_sigma > 0) text += "    time_offset_sigma: " + number_text(camera.time_offset_sigma) + "\n";
     if (!camera.background.empty()) text += "    background: " + camera.background + "\n";

@@ -1,0 +1,77 @@
+#include "roomfix/site/lens_grid_file.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <fstream>
+#include <sstream>
+
+#include "roomfix/base/number.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr std::string_view heading = "column,row,u,v,ideal_u,ideal_v";
+constexpr std::size_t most_points = 1'000'000;
+
+std::optional<std::array<double, 6>> fields_of(std::string_view line) {
+    std::array<double, 6> fields;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        const auto comma = line.find(',');
+        if ((comma == std::string_view::npos) != (i + 1 == fields.size())) return std::nullopt;
+        const auto value = parse_number(line.substr(0, comma));
+        if (!value) return std::nullopt;
+        fields[i] = *value;
+        line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
+    }
+    return fields;
+}
+
+}  // namespace
+
+Result<LensGrid> parse_lens_grid(std::string_view text) {
+    std::vector<Eigen::Vector2d> seen, ideal;
+    int columns = 0;
+    for (std::size_t number = 1; !text.empty(); ++number) {
+        const auto end = text.find('\n');
+        std::string_view line = text.substr(0, end);
+        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        if (number == 1) {
+            if (line != heading) return Error{fmt::format("line 1: a lens grid begins with {}", heading)};
+            continue;
+        }
+        if (line.empty()) continue;
+        const auto fields = fields_of(line);
+        if (!fields) return Error{fmt::format("line {}: six numbers are needed: {}", number, heading)};
+        const auto [column, row, u, v, ideal_u, ideal_v] = *fields;
+        if (row == 0 && column == columns) ++columns;
+        const bool next = columns > 0 && column == static_cast<double>(seen.size() % static_cast<std::size_t>(columns)) &&
+                          row == static_cast<double>(seen.size() / static_cast<std::size_t>(columns));
+        if (!next || seen.size() == most_points) return Error{fmt::format("line {}: points must come row by row, each once", number)};
+        seen.emplace_back(u, v);
+        ideal.emplace_back(ideal_u, ideal_v);
+    }
+    return LensGrid::create(columns, std::move(seen), std::move(ideal));
+}
+
+Result<LensGrid> load_lens_grid(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    if (!stream || !(text << stream.rdbuf())) return Error{fmt::format("{}: cannot be read", file.string())};
+    auto grid = parse_lens_grid(text.str());
+    if (!grid) return Error{fmt::format("{}: {}", file.string(), grid.error().message)};
+    return grid;
+}
+
+std::string lens_grid_text(const LensGrid& grid) {
+    std::string text = std::string(heading) + "\n";
+    for (std::size_t i = 0; i < grid.seen().size(); ++i) {
+        const auto across = static_cast<std::size_t>(grid.columns());
+        text += fmt::format("{},{},{},{},{},{}\n", i % across, i / across, number_text(grid.seen()[i].x()), number_text(grid.seen()[i].y()),
+                            number_text(grid.ideal()[i].x()), number_text(grid.ideal()[i].y()));
+    }
+    return text;
+}
+
+}  // namespace roomfix
