@@ -57,7 +57,8 @@ int calibrate_grid_command(const Arguments& arguments) {
     const double focal = *focal_length(ideal->spacing, arguments.distance, board.square);
     double moved = 0;
     for (std::size_t i = 0; i < shot.corners.size(); ++i) moved = std::max(moved, (shot.corners[i] - ideal->points[i]).norm());
-    fmt::print("focal length: {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal, ideal->spacing, arguments.square_mm, arguments.distance);
+    fmt::print("focal length: {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal, ideal->spacing, arguments.square_mm,
+               arguments.distance);
     fmt::print("grid: {} points, moved by up to {:.1f} px\n", shot.corners.size(), moved);
     std::ofstream stream(arguments.output, std::ios::binary);
     stream << lens_grid_text(*grid);
@@ -77,8 +78,8 @@ int calibrate_grid_command(const Arguments& arguments) {
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
     return write_or_show(arguments.site, arguments.camera,
-                         {{"intrinsics", intrinsics_text(model, IntrinsicsMatrix::Zero())}, {"distortion_model", ""}, {"distortion", ""}, {"lens_grid", file}}, {},
-                         arguments.write);
+                         {{"intrinsics", intrinsics_text(model, IntrinsicsMatrix::Zero())}, {"distortion_model", ""}, {"distortion", ""}, {"lens_grid", file}},
+                         {}, arguments.write);
 }
 
 }  // namespace
@@ -91,7 +92,8 @@ void add_calibrate_grid(CLI::App& calibrate, int& exit_code) {
     grid->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
     grid->add_option("--distance", arguments->distance, "m, from the lens to the board")->required()->check(CLI::Range(0.01, 1000.0));
     grid->add_option("--centre", arguments->centre, "image centre, px: U V (default: the picture's middle)")->expected(2);
-    grid->add_option("--wall", arguments->wall, "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V")
+    grid->add_option("--wall", arguments->wall,
+                     "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V")
         ->expected(8);
     grid->add_option("-o,--output", arguments->output, "CSV file to write, for the site file's key lens_grid")->required();
     grid->add_option("--corrected", arguments->corrected, "picture to write: this one as a lens without distortion would show it");

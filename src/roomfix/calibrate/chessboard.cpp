@@ -109,7 +109,7 @@ void refuse_poor_shots(std::vector<BoardShot>& shots, double diagonal) {
 }
 
 std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& board) {
-    for (int far = 1; far <= 3; ++far) {
+    for (int far = 1; far <= 2; ++far) {
         for (int columns = board.columns - far; columns <= board.columns + far; ++columns) {
             for (int rows = board.rows - far; rows <= board.rows + far; ++rows) {
                 if (std::max(std::abs(columns - board.columns), std::abs(rows - board.rows)) != far || columns < 3 || rows < 3) continue;

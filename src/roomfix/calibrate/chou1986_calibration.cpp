@@ -58,7 +58,8 @@ void correct_picture(LumaView seen, const LensGrid& grid, LumaImage& corrected) 
         for (int x = 0; x < seen.width; ++x) {
             const auto from = grid.distorted({x, y});
             const bool inside = from && from->x() >= 0 && from->y() >= 0 && from->x() < seen.width - 1 && from->y() < seen.height - 1;
-            corrected.row(y)[x] = inside ? static_cast<std::uint8_t>(std::lround(sample(seen, static_cast<float>(from->x()), static_cast<float>(from->y())))) : 0;
+            corrected.row(y)[x] =
+                inside ? static_cast<std::uint8_t>(std::lround(sample(seen, static_cast<float>(from->x()), static_cast<float>(from->y())))) : 0;
         }
     }
 }

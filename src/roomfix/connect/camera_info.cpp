@@ -16,7 +16,7 @@ namespace {
 constexpr double largest = 32768;  // px
 
 std::optional<double> number_in(const YAML::Node& node) {
-    if (!node.IsScalar()) return std::nullopt;
+    if (!node.IsDefined() || !node.IsScalar()) return std::nullopt;
     std::string text = node.Scalar();
     if (!text.empty() && text.back() == '.') text += '0';  // OpenCV writes "0."
     const auto dot = text.find(".e");
@@ -26,8 +26,9 @@ std::optional<double> number_in(const YAML::Node& node) {
 
 /// The numbers under key.data.
 Result<std::vector<double>> data_of(const YAML::Node& root, const char* key) {
-    const YAML::Node data = root[key]["data"];
-    if (!data.IsSequence()) return Error{fmt::format("{}.data is missing, or no list: is this a camera_info file?", key)};
+    const YAML::Node matrix = root[key];
+    const YAML::Node data = matrix.IsDefined() && matrix.IsMap() ? matrix["data"] : YAML::Node();
+    if (!data.IsDefined() || !data.IsSequence()) return Error{fmt::format("{}.data is missing, or no list: is this a camera_info file?", key)};
     std::vector<double> numbers;
     for (const auto& item : data) {
         const auto value = number_in(item);
@@ -44,6 +45,7 @@ std::string matrix_text(const char* key, int rows, const std::vector<double>& va
 }
 
 Result<CameraInfo> read(const YAML::Node& root) {
+    const auto has_text = [&](const char* key) { return root[key].IsDefined() && root[key].IsScalar(); };
     const auto width = number_in(root["image_width"]), height = number_in(root["image_height"]);
     if (!width || !height || *width < 1 || *height < 1 || *width > largest || *height > largest || *width != std::round(*width) ||
         *height != std::round(*height)) {
@@ -57,9 +59,7 @@ Result<CameraInfo> read(const YAML::Node& root) {
     if (k.size() != 9 || k[0] <= 0 || k[4] <= 0) return Error{"camera_matrix.data must have nine numbers, with positive focal lengths"};
     if (k[1] != 0) return Error{"camera_matrix has a skew, which roomfix does not model: calibrate without"};
     // Files of OpenCV do not name the model: the number of coefficients does.
-    const std::string name = root["distortion_model"].IsScalar() ? root["distortion_model"].Scalar()
-                             : numbers->size() == 8              ? "rational_polynomial"
-                                                                 : "plumb_bob";
+    const std::string name = has_text("distortion_model") ? root["distortion_model"].Scalar() : numbers->size() == 8 ? "rational_polynomial" : "plumb_bob";
     const auto kind = distortion_named(name == "fisheye" ? "equidistant" : name);
     if (!kind) return Error{fmt::format("distortion_model is '{}': plumb_bob, rational_polynomial and equidistant can be used", name)};
     const auto most = static_cast<std::size_t>(distortion_count(*kind));
@@ -67,7 +67,7 @@ Result<CameraInfo> read(const YAML::Node& root) {
     std::array<double, most_distortion> distortion = {};
     std::copy(numbers->begin(), numbers->end(), distortion.begin());
     CameraInfo info;
-    if (root["camera_name"].IsScalar()) info.name = root["camera_name"].Scalar();
+    if (has_text("camera_name")) info.name = root["camera_name"].Scalar();
     info.model = make_camera_model(static_cast<int>(*width), static_cast<int>(*height), k[0], k[4], k[2], k[5], distortion, *kind);
     return info;
 }

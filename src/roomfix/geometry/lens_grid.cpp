@@ -10,9 +10,7 @@ namespace {
 
 constexpr double edge = 1e-9;  // of a triangle: points on its sides belong to it
 
-double area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-    return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
-}
+double area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) { return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x(); }
 
 /// Corners of the two triangles of each cell, as indices.
 std::vector<std::array<std::size_t, 3>> triangles_of(int columns, std::size_t points) {
@@ -78,9 +76,11 @@ Result<LensGrid> LensGrid::create(int columns, std::vector<Eigen::Vector2d> seen
     }
     const double turn = area(seen[0], seen[1], seen[across]);
     for (const auto& [a, b, c] : triangles_of(columns, seen.size())) {
-        const bool finite = seen[a].allFinite() && ideal[a].allFinite() && seen[b].allFinite() && ideal[b].allFinite() && seen[c].allFinite() && ideal[c].allFinite();
+        const bool finite =
+            seen[a].allFinite() && ideal[a].allFinite() && seen[b].allFinite() && ideal[b].allFinite() && seen[c].allFinite() && ideal[c].allFinite();
         if (!finite || !(area(seen[a], seen[b], seen[c]) * turn > 0) || !(area(ideal[a], ideal[b], ideal[c]) * turn > 0)) {
-            return Error{fmt::format("the grid is folded over, mirrored, or half out of the picture near ({:.0f}, {:.0f}): check its points", seen[a].x(), seen[a].y())};
+            return Error{
+                fmt::format("the grid is folded over, mirrored, or half out of the picture near ({:.0f}, {:.0f}): check its points", seen[a].x(), seen[a].y())};
         }
     }
     return LensGrid(columns, std::move(seen), std::move(ideal));
