@@ -123,8 +123,8 @@ std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& boa
 }
 
 std::string board_svg(const Chessboard& board) {
-    const double square = 1e3 * board.square, margin = std::max(square, 10.0);
-    const double width = (board.columns + 1) * square + 2 * margin, height = (board.rows + 1) * square + 2 * margin + 22;
+    const double square = 1e3 * board.square, margin = std::max(0.4 * square, 8.0);  // nine by six squares of 25 mm go onto A4
+    const double width = (board.columns + 1) * square + 2 * margin, height = (board.rows + 1) * square + 2 * margin + 14;
     std::string squares;
     for (int y = 0; y <= board.rows; ++y) {
         for (int x = 0; x <= board.columns; ++x) {
@@ -133,7 +133,7 @@ std::string board_svg(const Chessboard& board) {
                                    number_text(square), number_text(square));
         }
     }
-    const double ruler_y = height - 14;
+    const double ruler_y = height - 11;
     std::string ruler = fmt::format("<path d=\"M{} {}h100\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin), number_text(ruler_y));
     for (int mm = 0; mm <= 100; mm += 5) {
         ruler += fmt::format("<path d=\"M{} {}v-{}\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin + mm), number_text(ruler_y),
@@ -146,7 +146,8 @@ std::string board_svg(const Chessboard& board) {
         "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n{2}{3}\n"
         "<text x=\"{4}\" y=\"{5}\">{6} x {7} inner corners, squares of {8} mm. Print at 100 %: the ruler must measure 100 mm. If it does not, measure ten "
         "squares and give their size.</text>\n</svg>\n",
-        number_text(width), number_text(height), squares, ruler, number_text(margin), number_text(height - 4), board.columns, board.rows, number_text(square));
+        number_text(width), number_text(height), squares, ruler, number_text(margin), number_text(height - 2.5), board.columns, board.rows,
+        number_text(square));
 }
 
 }  // namespace roomfix
