@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "commands.hpp"
+#include "roomfix/base/number.hpp"
+#include "roomfix/site/load_site.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -11,6 +15,29 @@ namespace {
 constexpr double clearly_worse = 1.05;  // times
 
 }  // namespace
+
+int give_up(const Error& error) {
+    complain(error.message);
+    return bad_input;
+}
+
+Result<Chessboard> parse_board(const std::string& text, double square_mm) {
+    const auto x = text.find('x');
+    const auto columns = parse_integer(text.substr(0, x)), rows = x == std::string::npos ? std::nullopt : parse_integer(text.substr(x + 1));
+    constexpr int least = 3, most = 400;
+    if (!columns || !rows || std::min(*columns, *rows) < least || std::max(*columns, *rows) > most) {
+        return Error{fmt::format("--board {}: write its inner corners, such as 9x6 ({} to {} each)", text, least, most)};
+    }
+    return Chessboard{static_cast<int>(*columns), static_cast<int>(*rows), 1e-3 * square_mm};
+}
+
+Result<SiteCamera> camera_of(const std::string& site_file, const std::string& camera) {
+    const auto site = load_site(site_file);
+    if (!site) return Error{"the site file cannot be used:\n" + site.error().message};
+    const SiteCamera* found = site->camera(camera);
+    if (found == nullptr) return Error{fmt::format("there is no camera '{}' in {}", camera, site_file)};
+    return *found;
+}
 
 void add_write_options(CLI::App& command, WriteOptions& options) {
     command.add_flag("--write", options.write, "write the result into the site file; the old file is kept with its date");

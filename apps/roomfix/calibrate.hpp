@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "roomfix/calibrate/chessboard.hpp"
 #include "roomfix/site/edit_site.hpp"
+#include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
@@ -13,6 +15,15 @@ void add_calibrate_lens(CLI::App& calibrate, int& exit_code);
 void add_calibrate_floor(CLI::App& calibrate, int& exit_code);
 void add_calibrate_grid(CLI::App& calibrate, int& exit_code);
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
+
+/// Says what is wrong, and returns the exit code.
+int give_up(const Error& error);
+
+/// "9x6": a board's inner corners, across x down.
+Result<Chessboard> parse_board(const std::string& text, double square_mm);
+
+/// A camera of a site file.
+Result<SiteCamera> camera_of(const std::string& site_file, const std::string& camera);
 
 /// How `--write` goes about it.
 struct WriteOptions {

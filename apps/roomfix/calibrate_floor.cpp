@@ -28,11 +28,6 @@ struct Arguments {
     WriteOptions write;
 };
 
-int give_up(const Error& error) {
-    complain(error.message);
-    return bad_input;
-}
-
 /// Numbers between commas.
 std::optional<std::vector<double>> numbers_in(const std::string& text) {
     std::vector<double> numbers;

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "calibrate.hpp"
@@ -9,7 +8,6 @@
 #include "roomfix/calibrate/chou1986_calibration.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/site/lens_grid_file.hpp"
-#include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "terminal.hpp"
 
@@ -18,16 +16,11 @@ namespace {
 
 struct Arguments {
     std::string picture, output, corrected, site, camera;
-    std::vector<int> board = {21, 15};
+    std::string board = "21x15";
     double square_mm = 30, distance = 1;
     std::vector<double> centre, wall;
     WriteOptions write;
 };
-
-int give_up(const Error& error) {
-    complain(error.message);
-    return bad_input;
-}
 
 /// Stated, or from a rectangle on a wall along the view, or the picture's middle.
 Result<Eigen::Vector2d> centre_of(const Arguments& arguments, LumaView picture) {
@@ -45,7 +38,9 @@ Result<Eigen::Vector2d> centre_of(const Arguments& arguments, LumaView picture) 
 int calibrate_grid_command(const Arguments& arguments) {
     const auto picture = load_luma(arguments.picture);
     if (!picture) return give_up(picture.error());
-    const Chessboard board{arguments.board[0], arguments.board[1], 1e-3 * arguments.square_mm};
+    const auto given = parse_board(arguments.board, arguments.square_mm);
+    if (!given) return give_up(given.error());
+    const Chessboard& board = *given;
     const BoardShot shot = find_chessboard(*picture, board, arguments.picture);
     if (shot.corners.empty()) return give_up(Error{fmt::format("{}: {}; all of it must be in the picture", arguments.picture, shot.refused)});
     const auto centre = centre_of(arguments, *picture);
@@ -60,9 +55,7 @@ int calibrate_grid_command(const Arguments& arguments) {
     fmt::print("focal length: {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal, ideal->spacing, arguments.square_mm,
                arguments.distance);
     fmt::print("grid: {} points, moved by up to {:.1f} px\n", shot.corners.size(), moved);
-    std::ofstream stream(arguments.output, std::ios::binary);
-    stream << lens_grid_text(*grid);
-    if (!stream.flush()) return give_up(Error{arguments.output + ": cannot be written: check that the folder exists"});
+    if (!write_file(arguments.output, lens_grid_text(*grid))) return failed;
     if (!arguments.corrected.empty()) {
         LumaImage corrected;
         correct_picture(*picture, *grid, corrected);
@@ -71,9 +64,8 @@ int calibrate_grid_command(const Arguments& arguments) {
     const CameraModel model = make_camera_model(picture->width(), picture->height(), focal, focal, centre->x(), centre->y());
     std::string file = arguments.output;
     if (!arguments.site.empty()) {
-        const auto site = load_site(arguments.site);
-        if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
-        if (site->camera(arguments.camera) == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
+        const auto camera = camera_of(arguments.site, arguments.camera);
+        if (!camera) return give_up(camera.error());
         file = std::filesystem::relative(arguments.output, std::filesystem::path(arguments.site).parent_path()).string();
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
@@ -88,7 +80,7 @@ void add_calibrate_grid(CLI::App& calibrate, int& exit_code) {
     auto* grid = calibrate.add_subcommand("grid", "any lens, as Chou and Tsai 1986 do it: one picture of a chessboard that fills the view, parallel to it");
     auto arguments = std::make_shared<Arguments>();
     grid->add_option("PICTURE", arguments->picture, "picture of the board")->required();
-    grid->add_option("--board", arguments->board, "its inner corners: across, down")->expected(2)->capture_default_str()->check(CLI::Range(3, 400));
+    grid->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
     grid->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
     grid->add_option("--distance", arguments->distance, "m, from the lens to the board")->required()->check(CLI::Range(0.01, 1000.0));
     grid->add_option("--centre", arguments->centre, "image centre, px: U V (default: the picture's middle)")->expected(2);
@@ -100,7 +92,7 @@ void add_calibrate_grid(CLI::App& calibrate, int& exit_code) {
     auto* site = grid->add_option("--site", arguments->site, "site file");
     grid->add_option("--camera", arguments->camera, "camera of the site file")->needs(site);
     add_write_options(*grid, arguments->write);
-    grid->footer("Example: roomfix calibrate grid board.png --board 21 15 --square-mm 30 --distance 0.8 -o hall-lens.csv");
+    grid->footer("Example: roomfix calibrate grid board.png --board 21x15 --square-mm 30 --distance 0.8 -o hall-lens.csv");
     grid->callback([=, &exit_code] { exit_code = calibrate_grid_command(*arguments); });
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 
 #include "calibrate.hpp"
@@ -9,7 +8,6 @@
 #include "roomfix/calibrate/lens_report.hpp"
 #include "roomfix/connect/camera_info.hpp"
 #include "roomfix/connect/frame_source.hpp"
-#include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "terminal.hpp"
 
@@ -25,31 +23,6 @@ struct Arguments {
     std::string site, camera;
     WriteOptions write;
 };
-
-int give_up(const Error& error) {
-    complain(error.message);
-    return bad_input;
-}
-
-bool write_text(const std::string& file, const std::string& text) {
-    std::ofstream stream(file, std::ios::binary);
-    stream << text;
-    if (stream.flush()) return true;
-    complain(file + ": cannot be written: check that the folder exists");
-    return false;
-}
-
-Result<Chessboard> board_of(const Arguments& arguments) {
-    Chessboard board;
-    char x = 0;
-    int end = 0;
-    if (std::sscanf(arguments.board.c_str(), "%d%c%d%n", &board.columns, &x, &board.rows, &end) != 3 || x != 'x' ||
-        end != static_cast<int>(arguments.board.size()) || std::min(board.columns, board.rows) < 3 || std::max(board.columns, board.rows) > 60) {
-        return Error{fmt::format("--board {}: write its inner corners, such as 9x6 (3 to 60 each)", arguments.board)};
-    }
-    board.square = 1e-3 * arguments.square_mm;
-    return board;
-}
 
 /// Where no picture shows the board, perhaps they show one of another size.
 Result<void> check_board(const std::vector<BoardShot>& shots, const LumaImage& picture, const Chessboard& board) {
@@ -98,10 +71,8 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
     IntrinsicsMatrix known = covariance;
     Quality quality{.what = "px expected error over the picture"};
     if (!arguments.site.empty()) {
-        const auto site = load_site(arguments.site);
-        if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
-        const SiteCamera* camera = site->camera(arguments.camera);
-        if (camera == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
+        const auto camera = camera_of(arguments.site, arguments.camera);
+        if (!camera) return give_up(camera.error());
         if (camera->model.width != model.width || camera->model.height != model.height) {
             const auto scaled = rescaled(model, camera->model.width, camera->model.height);
             if (!scaled) {
@@ -127,10 +98,10 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
 }
 
 int calibrate_lens_command(const Arguments& arguments) {
-    const auto board = board_of(arguments);
+    const auto board = parse_board(arguments.board, arguments.square_mm);
     if (!board) return give_up(board.error());
     if (!arguments.print_board.empty()) {
-        if (!write_text(arguments.print_board, board_svg(*board))) return failed;
+        if (!write_file(arguments.print_board, board_svg(*board))) return failed;
         say(fmt::format("{}: print it at 100 %, check the ruler, and glue it onto something flat", arguments.print_board));
         if (arguments.pictures.empty()) return done;
     }
@@ -149,10 +120,10 @@ int calibrate_lens_command(const Arguments& arguments) {
     fmt::print("{}", text_of(*lens));
     const std::string name = arguments.camera.empty() ? "camera" : arguments.camera;
     if (!arguments.report.empty()) {
-        if (!write_text(arguments.report, html_of(*lens, *board, "Lens of " + name))) return failed;
+        if (!write_file(arguments.report, html_of(*lens, *board, "Lens of " + name))) return failed;
         say("report: " + arguments.report);
     }
-    if (!arguments.camera_info.empty() && !write_text(arguments.camera_info, camera_info_text({name, lens->model}))) return failed;
+    if (!arguments.camera_info.empty() && !write_file(arguments.camera_info, camera_info_text({name, lens->model}))) return failed;
     return give_to_site(arguments, lens->model, lens->covariance);
 }
 

@@ -30,10 +30,6 @@ void print(const MountCalibration& found, const std::string& camera) {
 }
 
 int calibrate_mount_command(const MountArguments& arguments) {
-    const auto give_up = [](const Error& error) {
-        complain(error.message);
-        return bad_input;
-    };
     const auto site = load_site(arguments.site);
     if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
     const SiteCamera* camera = site->camera(arguments.camera);

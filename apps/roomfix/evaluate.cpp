@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
@@ -19,14 +18,6 @@ struct Arguments {
     std::string fixes, truth, report, json, tum, session;
     double symmetry_deg = 0;
 };
-
-bool write_file(const std::filesystem::path& file, const std::string& text) {
-    std::ofstream stream(file, std::ios::binary);
-    stream << text;
-    if (stream.flush()) return true;
-    complain(file.string() + ": cannot be written: check that the folder exists");
-    return false;
-}
 
 /// One file per robot for its fixes and one for its truth.
 bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, const Truth& truth) {

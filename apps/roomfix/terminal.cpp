@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 
 namespace roomfix {
@@ -27,6 +28,14 @@ std::function<void(double)> progress_bar(const std::string& what) {
 
 void say(const std::string& text) { fmt::print(stderr, "{}\n", text); }
 void complain(const std::string& text) { fmt::print(stderr, "roomfix: {}\n", text); }
+
+bool write_file(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    if (stream.flush()) return true;
+    complain(file.string() + ": cannot be written: check that the folder exists");
+    return false;
+}
 
 std::atomic<bool>& stop_requested() {
     static std::atomic<bool> stop = false;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -13,6 +14,9 @@ std::function<void(double)> progress_bar(const std::string& what);
 void say(const std::string& text);
 /// "roomfix: text"
 void complain(const std::string& text);
+
+/// False, with a complaint, where the file cannot be written.
+bool write_file(const std::filesystem::path& file, const std::string& text);
 
 /// Set by Ctrl-C and SIGTERM from the first call on; a second Ctrl-C ends the program at once.
 std::atomic<bool>& stop_requested();

@@ -168,7 +168,7 @@ TEST_F(Calibrate, GridWritesALensThatTheSiteUses) {
     pose.translation() = Eigen::Vector3d(-0.3 - 0.01, -0.21, 0.6);
     pictures.render(chessboard_pattern(21, 15, 0.03), pose, 0, picture);
     ASSERT_TRUE(save_luma(in("grid.png"), picture));
-    const std::string asked = fmt::format("grid {} --board 21 15 --square-mm 30 --distance 0.6 --centre 327 235 -o {} --site {} --camera hall", in("grid.png"),
+    const std::string asked = fmt::format("grid {} --board 21x15 --square-mm 30 --distance 0.6 --centre 327 235 -o {} --site {} --camera hall", in("grid.png"),
                                           in("lens.csv"), site());
     expect_says(call(asked + " --corrected " + in("corrected.png")), 0, "focal length: 53");
     expect_says(call(asked + " --write"), 0, "written");
