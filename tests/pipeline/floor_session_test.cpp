@@ -26,7 +26,8 @@ double squared_distance(const FloorCalibration& found, const Eigen::Isometry3d& 
 TEST(FloorSession, TagsOnTheFloorTellWhereTheCameraIs) {
     Random random(3);
     Site site = lab();
-    const View truth{make_camera_model(640, 480, 520, 521, 322, 238, {-0.1, 0.02, 0.0005, -0.001, 0}), {looking_at({0, 0, 2.4}, {3, 0.3, 0}), Matrix6d::Zero()}};
+    const View truth{make_camera_model(640, 480, 520, 521, 322, 238, {-0.1, 0.02, 0.0005, -0.001, 0}),
+                     {looking_at({0, 0, 2.4}, {3, 0.3, 0}), Matrix6d::Zero()}};
     LumaImage picture(640, 480);
     for (int y = 0; y < 480; ++y) std::fill_n(picture.row(y), 640, std::uint8_t{110});
     const Eigen::Vector2d places[] = {{2.2, -0.6}, {2.4, 0.9}, {4.2, 0.2}};

@@ -7,116 +7,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <opencv2/calib3d.hpp>
 #include <set>
 
-#include "roomfix/geometry/floor_points.hpp"
+#include "roomfix/calibrate/lens_start.hpp"
 
 namespace roomfix {
 namespace {
-
-struct Solution {
-    CameraModel model;
-    std::vector<Eigen::Isometry3d> camera_from_board;  // of the shots that were used
-};
-
-Eigen::Isometry3d pose_of(const cv::Mat& rotation, const cv::Mat& translation) {
-    const auto vector = [](const cv::Mat& m) {
-        cv::Mat_<double> d;
-        m.reshape(1, 3).convertTo(d, CV_64F);
-        return Eigen::Vector3d(d(0), d(1), d(2));
-    };
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = exponential_rotation(vector(rotation));
-    pose.translation() = vector(translation);
-    return pose;
-}
-
-/// What OpenCV makes of the corners, with the plumb_bob lens.
-Solution solve_plumb_bob(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board) {
-    std::vector<std::vector<cv::Point3f>> places;
-    std::vector<std::vector<cv::Point2f>> pixels;
-    for (const BoardShot* shot : used) {
-        places.emplace_back();
-        pixels.emplace_back();
-        for (int i = 0; i < board.corners(); ++i) {
-            const Eigen::Vector2f at = board.corner(i).cast<float>(), pixel = shot->corners[static_cast<std::size_t>(i)].cast<float>();
-            places.back().emplace_back(at.x(), at.y(), 0.F);
-            pixels.back().emplace_back(pixel.x(), pixel.y());
-        }
-    }
-    cv::Mat matrix, distortion;
-    std::vector<cv::Mat> rotations, translations;
-    cv::calibrateCamera(places, pixels, {width, height}, matrix, distortion, rotations, translations, 0,
-                        {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 200, 1e-12});
-    Solution solution;
-    std::array<double, most_distortion> numbers = {};
-    for (int i = 0; i < 5; ++i) numbers[static_cast<std::size_t>(i)] = distortion.at<double>(i);
-    solution.model =
-        make_camera_model(width, height, matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2), matrix.at<double>(1, 2), numbers);
-    for (std::size_t i = 0; i < used.size(); ++i) solution.camera_from_board.push_back(pose_of(rotations[i], translations[i]));
-    return solution;
-}
-
-/// A board's pose from rays through its corners, seen by a camera that is turned towards it; in `rms` how well that fits (rad).
-std::optional<Eigen::Isometry3d> pose_from_rays(const std::vector<Eigen::Vector3d>& rays, const Chessboard& board, double& rms) {
-    constexpr double focal = 1000;  // px of a camera that is only imagined
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& ray : rays) middle += ray;
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(middle, Eigen::Vector3d::UnitZ());
-    std::vector<FloorPoint> points;
-    for (int i = 0; i < board.corners(); ++i) {
-        const Eigen::Vector3d ray = turn * rays[static_cast<std::size_t>(i)];
-        if (!(ray.z() > 0)) return std::nullopt;
-        // The board is a floor seen from above: its y runs up there.
-        points.push_back({focal * ray.head<2>() / ray.z(), {board.corner(i).x(), -board.corner(i).y()}});
-    }
-    const auto pose = camera_pose_from_floor_points(make_camera_model(1, 1, focal, focal, 0, 0), points, 1);
-    if (!pose) return std::nullopt;
-    rms = pose->rms / focal;
-    const Eigen::Isometry3d floor_from_board(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
-    return Eigen::Isometry3d(turn.inverse()) * pose->map_from_camera.pose.inverse() * floor_from_board;
-}
-
-/// A fisheye without further bending, of the focal length that explains the boards best. OpenCV's own start does not find lenses whose
-/// boards were shown strongly tilted.
-std::optional<Solution> start_equidistant(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board) {
-    std::optional<Solution> best;
-    double least = 1e300;
-    for (double focal = 0.15 * width; focal < 2 * width; focal *= 1.1) {
-        Solution tried;
-        tried.model = make_camera_model(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1), {}, Distortion::equidistant);
-        double squares = 0;
-        for (const BoardShot* shot : used) {
-            std::vector<Eigen::Vector3d> rays;
-            for (const Eigen::Vector2d& corner : shot->corners) {
-                if (const auto ray = unproject(tried.model, corner)) rays.push_back(ray->homogeneous().normalized());
-            }
-            double rms = 0;
-            const auto pose = static_cast<int>(rays.size()) == board.corners() ? pose_from_rays(rays, board, rms) : std::nullopt;
-            if (!pose) break;
-            tried.camera_from_board.push_back(*pose);
-            squares += focal * rms * focal * rms;
-        }
-        if (tried.camera_from_board.size() < used.size() || squares >= least) continue;
-        least = squares;
-        best = std::move(tried);
-    }
-    return best;
-}
-
-std::optional<Solution> start_of(const std::vector<const BoardShot*>& used, int width, int height, const Chessboard& board, Distortion kind) {
-    if (kind == Distortion::equidistant) return start_equidistant(used, width, height, board);
-    try {
-        Solution start = solve_plumb_bob(used, width, height, board);
-        start.model.kind = kind;  // the rational one without its lower half
-        start.model.prepare();
-        return start;
-    } catch (const cv::Exception&) {
-        return std::nullopt;
-    }
-}
 
 /// One shot linearised: the poses are eliminated shot by shot.
 struct ShotFit {
@@ -166,7 +62,7 @@ struct Reduced {
 constexpr double rational_sigma = 1;  // of each of k1 to k6 before anything is seen: their quotient is known better than they are
 constexpr double about_noise = 0.1;   // px, of corners: how much the prior weighs beside them
 
-std::optional<Reduced> reduce(const Solution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board) {
+std::optional<Reduced> reduce(const LensSolution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board) {
     const int count = solution.model.intrinsics_count();
     Reduced reduced{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), 0, 0, {}};
     if (solution.model.kind == Distortion::rational_polynomial) {
@@ -201,14 +97,14 @@ Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& information) {
 }
 
 /// Levenberg-Marquardt on all numbers of our own models.
-Reduced polish(Solution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board, Reduced at) {
+Reduced polish(LensSolution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board, Reduced at) {
     const int count = solution.model.intrinsics_count();
     double damping = 1e-3;
     for (int round = 0; round < 200 && damping < 1e10; ++round) {
         Eigen::MatrixXd damped = at.information;
         damped.diagonal() *= 1 + damping;
         const Eigen::VectorXd step = scaled_inverse(damped) * at.gradient;
-        Solution moved = solution;
+        LensSolution moved = solution;
         IntrinsicsVector numbers = moved.model.intrinsics();
         numbers.head(count) += step;
         moved.model.set_intrinsics(numbers);
@@ -274,7 +170,7 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     const bool none = std::none_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
     if (none) return Error{fmt::format("no picture shows a board with {} x {} inner corners: count where four squares meet", board.columns, board.rows)};
     LensCalibration result;
-    Solution solution;
+    LensSolution solution;
     std::optional<Reduced> fit;
     std::vector<BoardShot*> used;
     for (;;) {
@@ -287,7 +183,7 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
                                      settings.least_shots, refusals(shots))};
         }
         const std::vector<const BoardShot*> all(used.begin(), used.end());
-        const auto start = start_of(all, width, height, board, settings.kind);
+        const auto start = start_of_lens(all, width, height, board, settings.kind);
         if (start) solution = *start;
         fit = start ? reduce(solution, all, board) : std::nullopt;
         if (!fit) {
