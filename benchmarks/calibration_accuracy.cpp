@@ -107,13 +107,8 @@ FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
     if (joints && found) {
         LumaImage picture;
         CameraRenderer(Scene{}, truth, {}, seed).render({}, 1, 0, picture);
-        UncertainPose3 start = found->map_from_camera;
-        FloorSource grid = find_tile_grid(picture, {camera, start}, {{3, 0, 0}, 0.3}, {clicks});
-        if (found->rival) {
-            const UncertainPose3 other{*found->rival, start.covariance};
-            FloorSource others = find_tile_grid(picture, {camera, other}, {{3, 0, 0}, 0.3}, {clicks});
-            if (others.sightings.size() > grid.sightings.size()) grid = others, start = other;
-        }
+        UncertainPose3 start;
+        const FloorSource grid = find_tile_grid_from_either(picture, camera, *found, {{3, 0, 0}, 0.3}, {clicks}, start);
         found = calibrate_floor(camera, IntrinsicsMatrix::Zero(), {clicks, grid}, start);
     }
     run.doubtful = !found || found->rival;

@@ -31,12 +31,12 @@ Result<Chessboard> parse_board(const std::string& text, double square_mm) {
     return Chessboard{static_cast<int>(*columns), static_cast<int>(*rows), 1e-3 * square_mm};
 }
 
-Result<SiteCamera> camera_of(const std::string& site_file, const std::string& camera) {
+Result<CameraInSite> load_camera(const std::string& site_file, const std::string& camera) {
     const auto site = load_site(site_file);
     if (!site) return Error{"the site file cannot be used:\n" + site.error().message};
     const SiteCamera* found = site->camera(camera);
     if (found == nullptr) return Error{fmt::format("there is no camera '{}' in {}", camera, site_file)};
-    return *found;
+    return CameraInSite{*site, *found};
 }
 
 void add_write_options(CLI::App& command, WriteOptions& options) {

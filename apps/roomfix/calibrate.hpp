@@ -22,8 +22,12 @@ int give_up(const Error& error);
 /// "9x6": a board's inner corners, across x down.
 Result<Chessboard> parse_board(const std::string& text, double square_mm);
 
-/// A camera of a site file.
-Result<SiteCamera> camera_of(const std::string& site_file, const std::string& camera);
+/// A camera of a site file, with the site.
+struct CameraInSite {
+    Site site;
+    SiteCamera camera;
+};
+Result<CameraInSite> load_camera(const std::string& site_file, const std::string& camera);
 
 /// How `--write` goes about it.
 struct WriteOptions {

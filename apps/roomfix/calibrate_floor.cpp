@@ -10,7 +10,6 @@
 #include "roomfix/connect/overlay.hpp"
 #include "roomfix/overhead/li2014.hpp"
 #include "roomfix/pipeline/floor_session.hpp"
-#include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "terminal.hpp"
 
@@ -116,10 +115,10 @@ void print_published(const View& view) {
 int calibrate_floor_command(const Arguments& arguments) {
     auto options = options_of(arguments);
     if (!options) return give_up(options.error());
-    const auto site = load_site(arguments.site);
-    if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
-    const SiteCamera* camera = site->camera(arguments.camera);
-    if (camera == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
+    const auto place = load_camera(arguments.site, arguments.camera);
+    if (!place) return give_up(place.error());
+    const Site* site = &place->site;
+    const SiteCamera* camera = &place->camera;
     if (std::holds_alternative<Mount>(camera->placement)) {
         return give_up(Error{fmt::format("camera {} rides on a robot: calibrate mount is what it needs", camera->id)});
     }

@@ -64,8 +64,7 @@ int calibrate_grid_command(const Arguments& arguments) {
     const CameraModel model = make_camera_model(picture->width(), picture->height(), focal, focal, centre->x(), centre->y());
     std::string file = arguments.output;
     if (!arguments.site.empty()) {
-        const auto camera = camera_of(arguments.site, arguments.camera);
-        if (!camera) return give_up(camera.error());
+        if (const auto known = load_camera(arguments.site, arguments.camera); !known) return give_up(known.error());
         file = std::filesystem::relative(arguments.output, std::filesystem::path(arguments.site).parent_path()).string();
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});

@@ -71,8 +71,9 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
     IntrinsicsMatrix known = covariance;
     Quality quality{.what = "px expected error over the picture"};
     if (!arguments.site.empty()) {
-        const auto camera = camera_of(arguments.site, arguments.camera);
-        if (!camera) return give_up(camera.error());
+        const auto found_in = load_camera(arguments.site, arguments.camera);
+        if (!found_in) return give_up(found_in.error());
+        const SiteCamera* camera = &found_in->camera;
         if (camera->model.width != model.width || camera->model.height != model.height) {
             const auto scaled = rescaled(model, camera->model.width, camera->model.height);
             if (!scaled) {

@@ -6,7 +6,6 @@
 #include "calibrate.hpp"
 #include "commands.hpp"
 #include "roomfix/pipeline/mount_session.hpp"
-#include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "terminal.hpp"
 
@@ -30,10 +29,10 @@ void print(const MountCalibration& found, const std::string& camera) {
 }
 
 int calibrate_mount_command(const MountArguments& arguments) {
-    const auto site = load_site(arguments.site);
-    if (!site) return give_up(Error{"the site file cannot be used:\n" + site.error().message});
-    const SiteCamera* camera = site->camera(arguments.camera);
-    if (!camera) return give_up(Error{fmt::format("there is no camera '{}' in {}", arguments.camera, arguments.site)});
+    const auto known = load_camera(arguments.site, arguments.camera);
+    if (!known) return give_up(known.error());
+    const Site* site = &known->site;
+    const SiteCamera* camera = &known->camera;
     const MountSettings settings{.position_sigma = 1e-3 * arguments.position_sigma_mm};
     const std::string frames = arguments.frames.empty() ? resolved_path(*site, camera->source) : arguments.frames;
     const auto found = calibrate_mount_from(*site, *camera, frames, settings, progress_bar("looking for landmarks"));

@@ -1,14 +1,12 @@
 // `roomfix calibrate lens`, `floor` and `grid` as their users call them, and what they say to bad input.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
+#include "acceptance/program.hpp"
 #include "roomfix/connect/camera_info.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
@@ -19,26 +17,6 @@ namespace roomfix {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-    int code;
-    std::string text;  // stdout and stderr
-};
-
-Outcome call(const std::string& arguments) {
-    FILE* pipe = popen((std::string(ROOMFIX_PROGRAM) + " calibrate " + arguments + " 2>&1").c_str(), "r");
-    std::array<char, 4096> buffer;
-    Outcome outcome{-1, ""};
-    while (const auto size = std::fread(buffer.data(), 1, buffer.size(), pipe)) outcome.text.append(buffer.data(), size);
-    const int status = pclose(pipe);
-    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return outcome;
-}
-
-void expect_says(const Outcome& outcome, int code, const std::string& words) {
-    EXPECT_EQ(outcome.code, code) << outcome.text;
-    EXPECT_NE(outcome.text.find(words), std::string::npos) << outcome.text;
-}
 
 CameraModel true_camera() { return make_camera_model(640, 480, 533, 535, 327, 235, {-0.2, 0.05, 0.001, -0.0006, 0}); }
 
@@ -85,7 +63,7 @@ std::string Calibrate::tile;
 
 TEST_F(Calibrate, LensGoesFromPicturesToTheSiteFile) {
     const Outcome made =
-        call(fmt::format("lens {} --report {} --camera-info {} --site {} --camera hall --write", boards(), in("lens.html"), in("info.yaml"), site()));
+        call(fmt::format("calibrate lens {} --report {} --camera-info {} --site {} --camera hall --write", boards(), in("lens.html"), in("info.yaml"), site()));
     expect_says(made, 0, "9 of 9 shots used");
     const auto loaded = load_site(site());
     ASSERT_TRUE(loaded) << loaded.error().message;
@@ -98,35 +76,35 @@ TEST_F(Calibrate, LensGoesFromPicturesToTheSiteFile) {
     std::ifstream file(site());
     EXPECT_NE(std::string(std::istreambuf_iterator<char>(file), {}).find("# above the door"), std::string::npos);
     // A worse one does not replace it: fewer shots, and no covariance at all.
-    expect_says(
-        call(fmt::format("lens {0}/board0.png {0}/board1.png {0}/board2.png {0}/board3.png {0}/board4.png --site {1} --camera hall --write", boards(), site())),
-        1, "--force replaces it");
-    expect_says(call(fmt::format("lens --from {} --site {} --camera hall --write", in("info.yaml"), site())), 1, "has a better calibration");
-    expect_says(call(fmt::format("lens --from {} --site {} --camera hall --write --force", in("info.yaml"), site())), 0, "written");
+    expect_says(call(fmt::format("calibrate lens {0}/board0.png {0}/board1.png {0}/board2.png {0}/board3.png {0}/board4.png --site {1} --camera hall --write",
+                                 boards(), site())),
+                1, "--force replaces it");
+    expect_says(call(fmt::format("calibrate lens --from {} --site {} --camera hall --write", in("info.yaml"), site())), 1, "has a better calibration");
+    expect_says(call(fmt::format("calibrate lens --from {} --site {} --camera hall --write --force", in("info.yaml"), site())), 0, "written");
 }
 
 TEST_F(Calibrate, LensSaysWhatIsWrong) {
-    expect_says(call("lens"), 2, "no pictures");
-    expect_says(call(fmt::format("lens {}", in("floor.png"))), 2, "no picture shows a board");
-    expect_says(call(fmt::format("lens {} --board 8x6", boards())), 2, "give --board 9x6");
-    expect_says(call(fmt::format("lens {} --board 9by6", boards())), 2, "such as 9x6");
-    expect_says(call(fmt::format("lens {0}/board0.png {0}/board0.png {0}/board0.png {0}/board0.png", boards())), 2, "shows the board where");
-    expect_says(call(fmt::format("lens {} --write", boards())), 2, "--write needs --site");
-    expect_says(call(fmt::format("lens {} --site {} --camera door", boards(), site())), 2, "no camera 'door'");
-    expect_says(call(fmt::format("lens --from {}", site())), 2, "image_width and image_height");
+    expect_says(call("calibrate lens"), 2, "no pictures");
+    expect_says(call(fmt::format("calibrate lens {}", in("floor.png"))), 2, "no picture shows a board");
+    expect_says(call(fmt::format("calibrate lens {} --board 8x6", boards())), 2, "give --board 9x6");
+    expect_says(call(fmt::format("calibrate lens {} --board 9by6", boards())), 2, "such as 9x6");
+    expect_says(call(fmt::format("calibrate lens {0}/board0.png {0}/board0.png {0}/board0.png {0}/board0.png", boards())), 2, "shows the board where");
+    expect_says(call(fmt::format("calibrate lens {} --write", boards())), 2, "--write needs --site");
+    expect_says(call(fmt::format("calibrate lens {} --site {} --camera door", boards(), site())), 2, "no camera 'door'");
+    expect_says(call(fmt::format("calibrate lens --from {}", site())), 2, "image_width and image_height");
     // Another resolution of the same picture is scaled; another shape is not.
     std::ofstream(in("large.yaml")) << camera_info_text({"hall", make_camera_model(1280, 960, 1066, 1070, 654.5, 470.5)});
-    expect_says(call(fmt::format("lens --from {} --site {} --camera hall", in("large.yaml"), site())), 0, "scaled from 1280 x 960");
+    expect_says(call(fmt::format("calibrate lens --from {} --site {} --camera hall", in("large.yaml"), site())), 0, "scaled from 1280 x 960");
     std::ofstream(in("wide.yaml")) << camera_info_text({"hall", make_camera_model(1280, 720, 1066, 1070, 654.5, 360.5)});
-    expect_says(call(fmt::format("lens --from {} --site {} --camera hall", in("wide.yaml"), site())), 2, "another shape");
+    expect_says(call(fmt::format("calibrate lens --from {} --site {} --camera hall", in("wide.yaml"), site())), 2, "another shape");
     LumaImage small(320, 240);
     ASSERT_TRUE(save_luma(in("small.png"), small));
-    expect_says(call(fmt::format("lens {}/board0.png {}", boards(), in("small.png"))), 2, "one resolution at a time");
-    expect_says(call(fmt::format("lens --print-board {}", in("board.svg"))), 0, "print it at 100 %");
+    expect_says(call(fmt::format("calibrate lens {}/board0.png {}", boards(), in("small.png"))), 2, "one resolution at a time");
+    expect_says(call(fmt::format("calibrate lens --print-board {}", in("board.svg"))), 0, "print it at 100 %");
 }
 
 TEST_F(Calibrate, FloorGoesFromOneTileToTheSiteFile) {
-    const std::string asked = fmt::format("floor {} --camera hall --tile \"{}\" --tile-at 3,0,0", site(), tile);
+    const std::string asked = fmt::format("calibrate floor {} --camera hall --tile \"{}\" --tile-at 3,0,0", site(), tile);
     expect_says(call(asked + " --overlay " + in("overlay.png")), 0, "tile grid");
     EXPECT_TRUE(fs::exists(in("overlay.png")));
     expect_says(call(asked + " --write"), 0, "camera hall written");
@@ -144,7 +122,7 @@ TEST_F(Calibrate, FloorGoesFromOneTileToTheSiteFile) {
 }
 
 TEST_F(Calibrate, FloorSaysWhatIsWrong) {
-    const std::string asked = fmt::format("floor {} --camera hall ", site());
+    const std::string asked = fmt::format("calibrate floor {} --camera hall ", site());
     expect_says(call(asked), 2, "nothing tells where the camera is");
     expect_says(call(asked + "--point 1,2=3,4 --point 5,6=7,8 --point 9,9=1,1"), 2, "four or more are needed");
     expect_says(call(asked + "--point 1,2"), 2, "such as 321.5,240=1.2,3.4");
@@ -168,8 +146,8 @@ TEST_F(Calibrate, GridWritesALensThatTheSiteUses) {
     pose.translation() = Eigen::Vector3d(-0.3 - 0.01, -0.21, 0.6);
     pictures.render(chessboard_pattern(21, 15, 0.03), pose, 0, picture);
     ASSERT_TRUE(save_luma(in("grid.png"), picture));
-    const std::string asked = fmt::format("grid {} --board 21x15 --square-mm 30 --distance 0.6 --centre 327 235 -o {} --site {} --camera hall", in("grid.png"),
-                                          in("lens.csv"), site());
+    const std::string asked = fmt::format("calibrate grid {} --board 21x15 --square-mm 30 --distance 0.6 --centre 327 235 -o {} --site {} --camera hall",
+                                          in("grid.png"), in("lens.csv"), site());
     expect_says(call(asked + " --corrected " + in("corrected.png")), 0, "focal length: 53");
     expect_says(call(asked + " --write"), 0, "written");
     const auto loaded = load_site(site());
@@ -179,7 +157,7 @@ TEST_F(Calibrate, GridWritesALensThatTheSiteUses) {
     const auto ray = unproject(loaded->cameras[0].model, {450, 330}), truly = unproject(true_camera(), {450, 330});
     ASSERT_TRUE(ray && truly);
     EXPECT_LT((*ray - *truly).norm() * 533, 2.5);
-    expect_says(call(fmt::format("grid {} --distance 0.6 -o {}", in("floor.png"), in("x.csv"))), 2, "all of it must be in the picture");
+    expect_says(call(fmt::format("calibrate grid {} --distance 0.6 -o {}", in("floor.png"), in("x.csv"))), 2, "all of it must be in the picture");
     expect_says(call(asked + " --wall 0 0 10 0 0 5 10 5"), 2, "must run along the view");
 }
 

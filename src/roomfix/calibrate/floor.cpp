@@ -31,6 +31,9 @@ struct Linearised {
     bool visible = true;
 };
 
+/// Of a point, not only across a line.
+bool tells_both_directions(const FloorSighting& sighting) { return sighting.information.determinant() > 1e-9 * sighting.information.squaredNorm(); }
+
 void add_sighting(const View& view, const FloorSource& source, const FloorSighting& sighting, Linearised& l) {
     ViewJacobian j;
     const Eigen::Vector3d point(sighting.map.x(), sighting.map.y(), 0);
@@ -42,7 +45,7 @@ void add_sighting(const View& view, const FloorSource& source, const FloorSighti
     }
     const Eigen::Vector2d r = sighting.pixel - *pixel;
     const double square = r.dot(sighting.information * r);
-    const double rank = sighting.information.determinant() > 1e-9 * sighting.information.squaredNorm() ? 2 : 1;
+    const double rank = tells_both_directions(sighting) ? 2 : 1;
     double weight = 1;
     double cost = square;
     if (source.outliers) {  // Geman and McClure
@@ -159,7 +162,7 @@ Result<Eigen::Isometry3d> start_of(const CameraModel& model, const std::vector<F
     std::vector<FloorPoint> points;
     for (const FloorSource& source : sources) {
         for (const FloorSighting& s : source.sightings) {
-            if (s.information.determinant() > 1e-9 * s.information.squaredNorm() && !source.outliers) points.push_back({s.pixel, s.map});
+            if (tells_both_directions(s) && !source.outliers) points.push_back({s.pixel, s.map});
         }
     }
     Error missing{"nothing tells where the camera is: click four points of the floor or a tile, lay out tags, or name a corner"};

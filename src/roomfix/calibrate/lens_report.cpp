@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "roomfix/base/html.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -24,20 +26,6 @@ Eigen::Matrix<double, 2, Eigen::Dynamic> cells(const CameraModel& model, int acr
     Eigen::Matrix<double, 2, Eigen::Dynamic> pixels(2, across * down);
     for (int i = 0; i < across * down; ++i) pixels.col(i) << (i % across + 0.5) * model.width / across - 0.5, (i / across + 0.5) * model.height / down - 0.5;
     return pixels;
-}
-
-std::string escaped(const std::string& text) {
-    std::string safe;
-    for (const char c : text) {
-        if (c == '<') {
-            safe += "&lt;";
-        } else if (c == '&') {
-            safe += "&amp;";
-        } else {
-            safe += c;
-        }
-    }
-    return safe;
 }
 
 std::string frame(const CameraModel& model, const std::string& inside, const std::string& label) {
@@ -125,9 +113,9 @@ std::string shot_rows(const LensCalibration& lens) {
         const bool good = s.refused.empty();
         const double distance = lens.camera_from_board[i].translation().norm();
         const double tilt = std::acos(std::clamp(std::abs(lens.camera_from_board[i].linear()(2, 2)), 0.0, 1.0));
-        rows += fmt::format("<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", good ? "" : " class=\"off\"", escaped(s.name),
+        rows += fmt::format("<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", good ? "" : " class=\"off\"", html_escaped(s.name),
                             good ? fmt::format("{:.3f}", lens.shot_rms[i]) : "", s.corners.empty() ? "" : fmt::format("{:.1f}", s.edge_width),
-                            good ? fmt::format("{:.2f} m, {:.0f}&deg;", distance, degrees(tilt)) : "", good ? "used" : escaped(s.refused));
+                            good ? fmt::format("{:.2f} m, {:.0f}&deg;", distance, degrees(tilt)) : "", good ? "used" : html_escaped(s.refused));
     }
     return rows;
 }
@@ -172,7 +160,7 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         "<figure>{14}<figcaption>Residuals, a hundred times as long. They should look like noise; a pattern means that the lens is of another kind."
         "</figcaption></figure></div>\n<h2>Shots</h2><table><tr><th>picture</th><th>rms px</th><th>edges "
         "px</th><th>board</th><th></th></tr>\n{15}</table>\n</body></html>\n",
-        escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean,
+        html_escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean,
         map.largest, parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens), map.least);
 }
 

@@ -142,4 +142,16 @@ FloorSource find_tile_grid(LumaView picture, const View& about, const TileGrid& 
     return joints;
 }
 
+FloorSource find_tile_grid_from_either(LumaView picture, const CameraModel& model, const FloorCalibration& known, const TileGrid& grid,
+                                       const std::vector<FloorSource>& sources, UncertainPose3& start) {
+    start = known.map_from_camera;
+    FloorSource joints = find_tile_grid(picture, {model, start}, grid, sources);
+    if (!known.rival) return joints;
+    const UncertainPose3 other{*known.rival, known.map_from_camera.covariance};
+    FloorSource others = find_tile_grid(picture, {model, other}, grid, sources);
+    if (others.sightings.size() <= joints.sightings.size()) return joints;
+    start = other;
+    return others;
+}
+
 }  // namespace roomfix

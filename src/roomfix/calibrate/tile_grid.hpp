@@ -28,4 +28,8 @@ struct TileGridSettings {
 FloorSource find_tile_grid(LumaView picture, const View& about, const TileGrid& grid, const std::vector<FloorSource>& sources,
                            const TileGridSettings& settings = {});
 
+/// The same from a calibration that may leave two places open: the one from which more joints are found counts, and becomes `start`.
+FloorSource find_tile_grid_from_either(LumaView picture, const CameraModel& model, const FloorCalibration& known, const TileGrid& grid,
+                                       const std::vector<FloorSource>& sources, UncertainPose3& start);
+
 }  // namespace roomfix

@@ -4,11 +4,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
 #include <vector>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/base/text_file.hpp"
 
 namespace roomfix {
 namespace {
@@ -87,10 +86,9 @@ Result<CameraInfo> parse_camera_info(std::string_view text) {
 }
 
 Result<CameraInfo> load_camera_info(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    if (!stream || !(text << stream.rdbuf())) return Error{fmt::format("{}: cannot be read", file.string())};
-    auto info = parse_camera_info(text.str());
+    const auto text = read_text(file);
+    if (!text) return text.error();
+    auto info = parse_camera_info(*text);
     if (!info) return Error{fmt::format("{}: {}", file.string(), info.error().message)};
     return info;
 }

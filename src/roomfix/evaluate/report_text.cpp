@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "roomfix/base/html.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 #include "roomfix/evaluate/line_chart.hpp"
 
@@ -39,29 +40,6 @@ json table_json(const ErrorTable& t) {
     return j;
 }
 
-std::string escaped(const std::string& text) {
-    std::string safe;
-    for (const char c : text) {
-        switch (c) {
-            case '<':
-                safe += "&lt;";
-                break;
-            case '>':
-                safe += "&gt;";
-                break;
-            case '&':
-                safe += "&amp;";
-                break;
-            case '"':
-                safe += "&quot;";
-                break;
-            default:
-                safe += c;
-        }
-    }
-    return safe;
-}
-
 std::string latency_text(const Summary& latency) {
     return fmt::format("Latency from frame to fix: mean {:.0f} ms, median {:.0f} ms, 95 % within {:.0f} ms, largest {:.0f} ms", 1e3 * latency.mean,
                        1e3 * latency.median, 1e3 * latency.p95, 1e3 * latency.max);
@@ -72,7 +50,7 @@ std::string html_row(const ErrorTable& t) {
     return fmt::format(
         "<tr><td>{}</td><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.2f}</td><td>{:.2f}</td>"
         "<td class=\"{}\">{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td><td>{:.1f}</td>{}</tr>\n",
-        escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median),
+        html_escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median),
         millimetres(t.position.p95), millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), honest ? "good" : "off", t.nees.mean, t.nees.low,
         t.nees.high, millimetres(t.stated_sigma), t.bound > 0 ? fmt::format("<td>{:.1f}</td><td>{:.2f}</td>", millimetres(t.bound), t.over_bound) : "");
 }
@@ -201,7 +179,7 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         (bounded ? "<th>bound mm</th><th>rmse / bound</th>" : "") + "</tr>\n";
     std::string nis;
     for (const auto& [source, c] : report.nis) {
-        nis += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td></tr>\n", escaped(source), c.mean, c.low, c.high);
+        nis += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td></tr>\n", html_escaped(source), c.mean, c.low, c.high);
     }
     if (!nis.empty()) nis = "<h2>Innovations</h2><table><tr><th>source</th><th>NIS per dimension</th><th>95 % band</th></tr>\n" + nis + "</table>\n";
     return fmt::format(
@@ -216,7 +194,7 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         "<p>NEES per dimension is 1 where the stated covariances are true; the band holds 95 % of such means, with fixes two seconds apart taken as "
         "independent.{15}</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
         "<h2>Over time</h2>{12}\n<h2>Distribution</h2>{13}\n</body></html>\n",
-        escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
+        html_escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
         report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)),
         svg_of(distribution(report)), report.latency.count == 0 ? "" : latency_text(report.latency) + ".",
         bounded ? " The bound is what the best tracker could reach with the same observations and the noise that they state." : "");

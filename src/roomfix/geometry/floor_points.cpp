@@ -81,9 +81,8 @@ std::optional<Eigen::Isometry3d> pose_from_homography(const Eigen::Matrix3d& h, 
 }
 
 struct Fit {
-    Matrix6d information;                                       // J^T J, px^-2
-    Vector6d gradient;                                          // J^T residual
-    PoseByIntrinsics by_intrinsics = PoseByIntrinsics::Zero();  // J^T d(pixels)/d(intrinsics)
+    Matrix6d information;  // J^T J, px^-2
+    Vector6d gradient;     // J^T residual
     double sum_of_squares = 0;
     int worst = 0;
     double worst_error = 0;
@@ -98,9 +97,6 @@ std::optional<Fit> linearise(const View& view, const std::vector<FloorPoint>& po
         const Eigen::Vector2d residual = points[i].pixel - *pixel;
         fit.information += jacobian.by_pose.transpose() * jacobian.by_pose;
         fit.gradient += jacobian.by_pose.transpose() * residual;
-        IntrinsicsJacobian by_intrinsics;
-        const Eigen::Vector3d in_camera = view.map_from_camera.pose.inverse() * Eigen::Vector3d(points[i].map.x(), points[i].map.y(), 0);
-        if (project(view.model, in_camera, nullptr, &by_intrinsics)) fit.by_intrinsics += jacobian.by_pose.transpose() * by_intrinsics;
         fit.sum_of_squares += residual.squaredNorm();
         if (residual.norm() > fit.worst_error) {
             fit.worst_error = residual.norm();
@@ -108,6 +104,19 @@ std::optional<Fit> linearise(const View& view, const std::vector<FloorPoint>& po
         }
     }
     return fit;
+}
+
+/// How the pose that fits best moves with the intrinsics; `information`: of the pose, px^-2.
+PoseByIntrinsics pose_by_intrinsics(const View& view, const std::vector<FloorPoint>& points, const Matrix6d& information) {
+    PoseByIntrinsics mixed = PoseByIntrinsics::Zero();
+    for (const FloorPoint& p : points) {
+        const Eigen::Vector3d point(p.map.x(), p.map.y(), 0);
+        ViewJacobian j;
+        IntrinsicsJacobian by_intrinsics;
+        if (!project_map_point(view, point, &j) || !project(view.model, view.map_from_camera.pose.inverse() * point, nullptr, &by_intrinsics)) continue;
+        mixed += j.by_pose.transpose() * by_intrinsics;
+    }
+    return -information.ldlt().solve(mixed);
 }
 
 /// Levenberg-Marquardt on the six numbers of the pose. Gives the last accepted linearisation.
@@ -183,7 +192,7 @@ Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, 
     // Reduced chi-square above 1 + 3 standard deviations: the stated noise is too small, believe the points.
     const bool noisier = variance > sigma * sigma * (1 + 3 * std::sqrt(2 / freedom));
     result.map_from_camera.pose = view.map_from_camera.pose;
-    result.by_intrinsics = -fit->information.ldlt().solve(fit->by_intrinsics);
+    result.by_intrinsics = pose_by_intrinsics(view, points, fit->information);
     result.map_from_camera.covariance = fit->information.inverse() * (noisier ? variance : sigma * sigma);
     return result;
 }

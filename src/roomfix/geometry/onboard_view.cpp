@@ -24,7 +24,9 @@ std::optional<Eigen::Vector2d> predict_point(const CameraOnRobot& camera, const 
     const Eigen::Matrix3d camera_from_robot = mount.linear().transpose();
     const Eigen::Vector3d way = in_robot - mount.translation();
     ProjectionJacobian by_camera_point;
-    const auto pixel = project(camera.model, camera_from_robot * way, jacobian ? &by_camera_point : nullptr, jacobian ? &jacobian->by_intrinsics : nullptr);
+    const bool uncertain = jacobian && camera.intrinsics.any();
+    if (jacobian && !uncertain) jacobian->by_intrinsics.setZero();
+    const auto pixel = project(camera.model, camera_from_robot * way, jacobian ? &by_camera_point : nullptr, uncertain ? &jacobian->by_intrinsics : nullptr);
     if (!pixel || !jacobian) return pixel;
     const Eigen::Matrix<double, 2, 3> by_robot_point = by_camera_point * camera_from_robot;
     jacobian->by_point = by_robot_point * turn;

@@ -25,7 +25,7 @@ CalibrationRoot calibration_root(const CameraOnRobot& camera);
 struct SeenPointJacobian {
     Eigen::Matrix<double, 2, 3> by_pose;   // x, y, yaw
     Eigen::Matrix<double, 2, 6> by_mount;  // error vector of UncertainPose3
-    IntrinsicsJacobian by_intrinsics;
+    IntrinsicsJacobian by_intrinsics;      // zero where they are exact
     Eigen::Matrix<double, 2, 3> by_point;
 };
 std::optional<Eigen::Vector2d> predict_point(const CameraOnRobot& camera, const Pose2& pose, const Eigen::Vector3d& map_point,

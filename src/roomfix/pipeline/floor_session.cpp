@@ -74,19 +74,6 @@ Result<FloorSource> corner_source(const Site& site, const SiteCamera& camera, Lu
     return FloorSource{"corner " + options.corner, {}, result.located.places[0].map_from_camera};
 }
 
-/// Which of two poses the whole floor speaks for: the one that finds more joints.
-FloorSource joints_from_either(LumaView picture, const CameraModel& model, const FloorCalibration& known, const TileGrid& grid,
-                               const std::vector<FloorSource>& sources, UncertainPose3& start) {
-    start = known.map_from_camera;
-    FloorSource joints = find_tile_grid(picture, {model, start}, grid, sources);
-    if (!known.rival) return joints;
-    const UncertainPose3 other{*known.rival, known.map_from_camera.covariance};
-    FloorSource others = find_tile_grid(picture, {model, other}, grid, sources);
-    if (others.sightings.size() <= joints.sightings.size()) return joints;
-    start = other;
-    return others;
-}
-
 }  // namespace
 
 Result<FloorSession> calibrate_floor_from(const Site& site, const SiteCamera& camera, LumaView picture, const FloorOptions& options) {
@@ -115,7 +102,7 @@ Result<FloorSession> calibrate_floor_from(const Site& site, const SiteCamera& ca
     if (!found) return found.error();
     if (!options.tile.empty() && options.follow_joints) {
         UncertainPose3 start;
-        FloorSource joints = joints_from_either(picture, camera.model, *found, options.grid, session.sources, start);
+        FloorSource joints = find_tile_grid_from_either(picture, camera.model, *found, options.grid, session.sources, start);
         if (!joints.sightings.empty()) {
             session.sources.push_back(std::move(joints));
             found = calibrate_floor(camera.model, camera.intrinsics_covariance, session.sources, start);

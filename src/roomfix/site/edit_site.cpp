@@ -6,7 +6,8 @@
 
 #include <chrono>
 #include <fstream>
-#include <sstream>
+
+#include "roomfix/base/text_file.hpp"
 
 namespace roomfix {
 namespace {
@@ -149,10 +150,9 @@ Result<std::string> with_camera_values(std::string_view text, const std::string&
 }
 
 Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::string& camera, const std::vector<CameraValue>& values) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    if (!stream || !(text << stream.rdbuf())) return Error{fmt::format("{}: cannot be read", file.string())};
-    const auto changed = with_camera_values(text.str(), camera, values);
+    const auto text = read_text(file);
+    if (!text) return text.error();
+    const auto changed = with_camera_values(*text, camera, values);
     if (!changed) return Error{fmt::format("{}: {}", file.string(), changed.error().message)};
     const auto write = [](const std::filesystem::path& target, const std::string& content) {
         std::ofstream out(target, std::ios::binary);
@@ -163,7 +163,7 @@ Result<std::filesystem::path> write_camera_values(const std::filesystem::path& f
     const std::filesystem::path copy = fmt::format("{}.{:%Y%m%d-%H%M%S}", file.string(), fmt::gmtime(now));
     const std::filesystem::path fresh = file.string() + ".new";
     std::error_code failure;
-    if (write(copy, text.str()) && write(fresh, *changed))
+    if (write(copy, *text) && write(fresh, *changed))
         std::filesystem::rename(fresh, file, failure);
     else
         failure = std::make_error_code(std::errc::io_error);

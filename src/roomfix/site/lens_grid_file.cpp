@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <fstream>
-#include <sstream>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/base/text_file.hpp"
 
 namespace roomfix {
 namespace {
@@ -56,10 +55,9 @@ Result<LensGrid> parse_lens_grid(std::string_view text) {
 }
 
 Result<LensGrid> load_lens_grid(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    if (!stream || !(text << stream.rdbuf())) return Error{fmt::format("{}: cannot be read", file.string())};
-    auto grid = parse_lens_grid(text.str());
+    const auto text = read_text(file);
+    if (!text) return text.error();
+    auto grid = parse_lens_grid(*text);
     if (!grid) return Error{fmt::format("{}: {}", file.string(), grid.error().message)};
     return grid;
 }

@@ -1,0 +1,14 @@
+// Whole files as text.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "roomfix/base/result.hpp"
+
+namespace roomfix {
+
+/// The error names the file.
+Result<std::string> read_text(const std::filesystem::path& file);
+
+}  // namespace roomfix
