@@ -10,11 +10,10 @@
 
 #include "roomfix/base/random.hpp"
 #include "roomfix/calibrate/lens.hpp"
-#include "roomfix/calibrate/mount.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
+#include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
 #include "roomfix/simulate/plane_picture.hpp"
-#include "roomfix/simulate/scenario.hpp"
 
 namespace {
 
@@ -86,6 +85,7 @@ void measure_lens(Distortion kind, bool rendered, int runs) {
 
 struct FloorRun {
     bool doubtful = false;
+    Vector6d off = Vector6d::Zero(), sigma = Vector6d::Zero();  // of the pose
     double nees = 0, error = 0, stated = 0;
 };
 
@@ -116,6 +116,8 @@ FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
     Vector6d off;
     off << found->map_from_camera.pose.translation() - truth.position(),
         rotation_vector(found->map_from_camera.pose.linear() * truth.map_from_camera.pose.linear().transpose());
+    run.off = off;
+    run.sigma = found->map_from_camera.covariance.diagonal().cwiseSqrt();
     run.nees = off.dot(found->map_from_camera.covariance.ldlt().solve(off));
     const View view{camera, found->map_from_camera};
     const Eigen::Vector2d place(6, 0.2), pixel = *project_map_point(truth, {place.x(), place.y(), 0});
@@ -127,6 +129,7 @@ FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
 void measure_floor(bool joints, int runs) {
     double nees = 0, squares = 0, stated = 0, largest = 0;
     int doubtful = 0, good = 0;
+    Coverage coverage;
     for (int i = 0; i < runs; ++i) {
         const FloorRun run = calibrate_floor_once(joints, 1000 + static_cast<std::uint64_t>(i));
         if (run.doubtful) {
@@ -137,51 +140,51 @@ void measure_floor(bool joints, int runs) {
         squares += run.error * run.error;
         stated += run.stated * run.stated;
         largest = std::max(largest, run.error);
+        for (int k = 0; k < 6; ++k) coverage.add(run.off[k], run.sigma[k]);
         ++good;
     }
     const double spread = 1.96 * std::sqrt(12.0 / good);
     fmt::print(
-        "floor from one tile{}: {} runs, {} say that the camera may be elsewhere; NEES {:.2f} ({:.2f}-{:.2f}); 6 m away {:.1f} mm rms, {:.1f} at most (goal 10 "
-        "with "
-        "the grid), {:.1f} stated\n",
-        joints ? " and the grid" : ", four clicks alone", runs, doubtful, nees / good, 6 - spread, 6 + spread, 1e3 * std::sqrt(squares / good), 1e3 * largest,
+        "floor from one tile{}: {} runs, {} say that the camera may be elsewhere; {:.1f} % of the true numbers inside their 95 % intervals (goal 93); NEES "
+        "{:.2f} ({:.2f}-{:.2f}); 6 m away {:.1f} mm rms, {:.1f} at most (goal 10 with the grid), {:.1f} stated\n",
+        joints ? " and the grid" : ", four clicks alone", runs, doubtful, coverage.percent(), nees / good, 6 - spread, 6 + spread, 1e3 * std::sqrt(squares / good), 1e3 * largest,
         1e3 * std::sqrt(stated / good));
 }
 
-/// A robot that turns on the spot below a landmark; tilt and place of its camera.
-void measure_mount(int runs) {
+/// A robot that turns on the spot below a landmark, or drives around it: tilt and place of its camera, and of a drive the heading, too.
+void measure_mount(bool drives, int runs) {
     Random random(3);
     Coverage coverage;
-    const Scenario scenario = kim2011_spin_scenario(1, 0);
-    const auto leds = map_points(scenario.site.landmarks[0]);
-    const CameraOnRobot level{scenario.site.cameras[0].model, {looking_up(0.30), Matrix6d::Zero()}};
+    const CameraOnRobot level{kim2011_spin_scenario(1, 0).site.cameras[0].model, {looking_up(0.30), Matrix6d::Zero()}};
     const MountSettings settings{.point_sigma = 1e-6};
+    double nees = 0;
+    int good = 0;
     for (int run = 0; run < runs; ++run) {
         CameraOnRobot truth = level;
         Vector6d error = Vector6d::Zero();
         for (int k = 0; k < 3; ++k) error[k] = random.normal(settings.position_sigma);
         error[3] = random.normal(radians(0.5));
         error[4] = random.normal(radians(0.5));
+        if (drives) error[5] = random.normal(settings.heading_sigma);
         truth.robot_from_camera.pose = perturbed(truth.robot_from_camera.pose, error);
-        std::vector<MountFrame> frames;
-        for (int i = 0; i < 60; ++i) {
-            const Pose2 pose{1.35 + random.normal(0.002), 1.05 + random.normal(0.002), wrap_angle(2 * std::numbers::pi * i / 60)};
-            MountFrame frame;
-            frame.pose = {pose.x + random.normal(0.02), pose.y + random.normal(0.02), pose.yaw + random.normal(0.02)};
-            for (const auto& led : leds) {
-                const Eigen::Vector2d pixel = *predict_point(truth, pose, led) + Eigen::Vector2d(random.normal(0.02), random.normal(0.02));
-                frame.points.push_back({led, pixel, 4e-4 * Eigen::Matrix2d::Identity(), 0, 0});
-            }
-            frames.push_back(frame);
+        SeenDrive seen;
+        if (drives) {
+            seen = seen_drive(truth, 0.02, 100 + static_cast<std::uint64_t>(run));
+        } else {
+            seen.frames = seen_turn(truth, 2 * std::numbers::pi, 60, 0.02, 0.002, random);
         }
-        const auto found = calibrate_mount(level, frames, settings);
+        const auto found = calibrate_mount(level, seen.frames, settings, seen.wheels);
         if (!found) continue;
-        const Eigen::Vector3d moved = found->robot_from_camera.pose.translation() - truth.robot_from_camera.pose.translation();
-        const Eigen::Vector3d turned = rotation_vector(found->robot_from_camera.pose.linear() * truth.robot_from_camera.pose.linear().transpose());
-        for (int k = 0; k < 3; ++k) coverage.add(moved[k], std::sqrt(found->robot_from_camera.covariance(k, k)));
-        for (int k = 0; k < 2; ++k) coverage.add(turned[k], std::sqrt(found->robot_from_camera.covariance(3 + k, 3 + k)));
+        ++good;
+        Vector6d off;
+        off << found->robot_from_camera.pose.translation() - truth.robot_from_camera.pose.translation(),
+            rotation_vector(found->robot_from_camera.pose.linear() * truth.robot_from_camera.pose.linear().transpose());
+        const Matrix6d& c = found->robot_from_camera.covariance;
+        for (int k = 0; k < (drives ? 6 : 5); ++k) coverage.add(off[k], std::sqrt(c(k, k)));
+        nees += drives ? off.dot(c.ldlt().solve(off)) : off.head<5>().dot(c.topLeftCorner<5, 5>().ldlt().solve(off.head<5>()));
     }
-    fmt::print("mount: {} runs: {:.1f} % of the true numbers inside their 95 % intervals (goal 93)\n", runs, coverage.percent());
+    fmt::print("mount from a {}: {} of {} runs, {:.1f} % of the true numbers inside their 95 % intervals (goal 93); NEES {:.2f} of {}\n",
+               drives ? "drive" : "turn on the spot", good, runs, coverage.percent(), nees / good, drives ? 6 : 5);
 }
 
 }  // namespace
@@ -190,8 +193,9 @@ int main() {
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     for (const Distortion kind : {Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant}) measure_lens(kind, false, 200);
     measure_floor(false, 200);
-    measure_floor(true, 100);
-    measure_mount(200);
+    measure_floor(true, 200);
+    measure_mount(false, 200);
+    measure_mount(true, 200);
     for (const Distortion kind : {Distortion::plumb_bob, Distortion::equidistant}) measure_lens(kind, true, 40);
     return 0;
 }

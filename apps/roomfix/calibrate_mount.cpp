@@ -16,16 +16,38 @@ struct MountArguments {
     std::string site;
     std::string camera;
     std::string frames;
+    std::string odometry;
+    bool no_odometry = false;
     double position_sigma_mm = 5;
+    double heading_sigma_deg = degrees(MountSettings{}.heading_sigma);
     WriteOptions write;
 };
 
 void print(const MountCalibration& found, const std::string& camera) {
-    fmt::print("camera {}: {} pictures over {:.0f} deg of turning, residual {:.3f} px rms, the robot kept to the spot within {:.1f} mm\n", camera, found.frames,
-               degrees(found.turned), found.pixel_rms, 1e3 * found.spot_sigma);
+    fmt::print("camera {}: {} pictures over {:.0f} deg of turning, residual {:.3f} px rms{}\n", camera, found.frames, degrees(found.turned), found.pixel_rms,
+               found.refused > 0 ? fmt::format("; {} more contradict them and were left out", found.refused) : "");
+    if (found.with_wheels) {
+        fmt::print("  the robot drove {:.1f} m; its wheels' scale is off by {:+.2f} %, their heading drifts by {:+.2f} deg/s\n", found.driven,
+                   100 * found.wheel_scale, degrees(found.wheel_drift));
+    } else {
+        fmt::print("  no odometry: taken for a turn on the spot, to which the robot kept within {:.1f} mm\n", 1e3 * found.spot_sigma);
+    }
+    const Matrix6d& c = found.robot_from_camera.covariance;
+    const Eigen::Vector3d p = found.robot_from_camera.pose.translation();
+    fmt::print("  at ({:.1f}, {:.1f}, {:.1f}) +- ({:.1f}, {:.1f}, {:.1f}) mm on the robot, heading +- {:.3f} deg\n", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z(),
+               1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(5, 5))));
     fmt::print("  tilt {:.3f} deg +- {:.3f} deg\n", degrees(found.tilt), degrees(found.tilt_sigma));
     fmt::print("  with the mount of the site file, fixes under this ceiling are off by {:.2f} cm\n", 100 * found.offset);
     for (const std::string& what : found.not_observed) fmt::print("  not to be seen in this session: {}; the site file's value is kept\n", what);
+}
+
+/// The file of the wheels: the one that was given, or the robot's own.
+std::string odometry_of(const MountArguments& arguments, const Site& site, const std::string& robot) {
+    if (arguments.no_odometry || !arguments.odometry.empty()) return arguments.no_odometry ? "" : arguments.odometry;
+    const auto index = site.robot(robot);
+    if (!index || !site.robots[static_cast<std::size_t>(*index)].odometry) return "";
+    const std::string& source = site.robots[static_cast<std::size_t>(*index)].odometry->source;
+    return source.empty() ? "" : resolved_path(site, source);
 }
 
 int calibrate_mount_command(const MountArguments& arguments) {
@@ -33,14 +55,17 @@ int calibrate_mount_command(const MountArguments& arguments) {
     if (!known) return give_up(known.error());
     const Site* site = &known->site;
     const SiteCamera* camera = &known->camera;
-    const MountSettings settings{.position_sigma = 1e-3 * arguments.position_sigma_mm};
+    const auto* fixed = std::get_if<Mount>(&camera->placement);
+    if (fixed == nullptr) return give_up(Error{fmt::format("camera {} rides on no robot: calibrate floor is what it needs", camera->id)});
+    const MountSettings settings{.position_sigma = 1e-3 * arguments.position_sigma_mm, .heading_sigma = radians(arguments.heading_sigma_deg)};
     const std::string frames = arguments.frames.empty() ? resolved_path(*site, camera->source) : arguments.frames;
-    const auto found = calibrate_mount_from(*site, *camera, frames, settings, progress_bar("looking for landmarks"));
+    const auto found = calibrate_mount_from(*site, *camera, frames, odometry_of(arguments, *site, fixed->robot), settings, progress_bar("looking for landmarks"));
     if (!found) return give_up(found.error());
     print(*found, camera->id);
     Mount mount = std::get<Mount>(camera->placement);
     mount.robot_from_camera = found->robot_from_camera;
     mount.has_covariance = true;
+    mount.by_intrinsics = camera->intrinsics_covariance.isZero(0) ? PoseByIntrinsics::Zero() : found->by_intrinsics;
     // How far a tilt puts fixes off, at a ceiling's height: that is what a mount is for.
     constexpr double rise = 2.5;
     const auto error = [&](const Matrix6d& covariance) { return rise * std::sqrt(covariance(3, 3) + covariance(4, 4)); };
@@ -54,16 +79,21 @@ int calibrate_mount_command(const MountArguments& arguments) {
 
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
     auto* mount =
-        calibrate.add_subcommand("mount", "a camera's tilt and place on its robot, from pictures taken while the robot turns on the spot below a landmark");
+        calibrate.add_subcommand("mount", "a camera's tilt and place on its robot, from pictures of landmarks taken while it turns and drives");
     auto arguments = std::make_shared<MountArguments>();
     mount->add_option("SITE", arguments->site, "site file")->required();
     mount->add_option("--camera", arguments->camera, "camera with a 'mount'")->required();
-    mount->add_option("--frames", arguments->frames, "folder or video of the turn (default: the camera's source)");
+    mount->add_option("--frames", arguments->frames, "folder or video of the drive (default: the camera's source)");
     mount->add_option("--position-sigma", arguments->position_sigma_mm, "mm: how well its place on the robot was measured")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 1000.0));
+    mount->add_option("--heading-sigma-deg", arguments->heading_sigma_deg, "how well its turn about the vertical was set")
+        ->capture_default_str()
+        ->check(CLI::Range(0.001, 180.0));
+    mount->add_option("--odometry", arguments->odometry, "CSV of the robot's wheels (default: the robot's odometry source)");
+    mount->add_flag("--no-odometry", arguments->no_odometry, "take the recording for a turn on the spot");
     add_write_options(*mount, arguments->write);
-    mount->footer("Example: roomfix simulate kim2011-spin -o /tmp/spin && roomfix calibrate mount /tmp/spin/site.yaml --camera up");
+    mount->footer("Example: roomfix simulate kim2011-drive -o /tmp/drive && roomfix calibrate mount /tmp/drive/site.yaml --camera up");
     mount->callback([=, &exit_code] { exit_code = calibrate_mount_command(*arguments); });
 }
 

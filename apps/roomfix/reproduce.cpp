@@ -21,6 +21,7 @@ struct Arguments {
     std::uint64_t seed = 1;
     int seeds = 3;
     double tilt_deg = 0;
+    int board_shots = usual_board_shots;
 };
 
 /// Prints one paper's table.
@@ -33,7 +34,9 @@ Result<void> reproduce_paper(const std::string& paper, const Arguments& argument
         return {};
     }
     if (paper == "chou1986") {
-        fmt::print("{}", chou1986_table(run_chou1986(arguments.chou1986, progress)));
+        const auto report = run_chou1986(arguments.chou1986, progress);
+        if (!report) return report.error();
+        fmt::print("{}", chou1986_table(*report));
         if (arguments.plot.empty()) return {};
         std::ofstream file(arguments.plot, std::ios::binary);
         file << svg_of(chou1986_error_study());
@@ -51,6 +54,7 @@ int reproduce(Arguments arguments) {
     if (arguments.papers.empty()) arguments.papers = {"li2014", "kim2011", "chou1986"};
     arguments.li2014.seed = arguments.kim2011.seed = arguments.chou1986.seed = arguments.seed;
     arguments.li2014.seeds = arguments.kim2011.seeds = arguments.chou1986.seeds = arguments.seeds;
+    arguments.li2014.board_shots = arguments.kim2011.board_shots = arguments.chou1986.board_shots = arguments.board_shots;
     arguments.kim2011.tilt = radians(arguments.tilt_deg);
     for (const std::string& paper : arguments.papers) {
         if (const auto done_one = reproduce_paper(paper, arguments); !done_one) {
@@ -71,6 +75,11 @@ void add_reproduce(CLI::App& app, int& exit_code) {
     command->add_option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
+    command
+        ->add_option("--board-shots", arguments->board_shots,
+                     "rendered pictures of a board from which each lens is calibrated, before floor and mount are; 0: the true lens")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1000));
     command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")
         ->capture_default_str()
         ->check(CLI::Range(1, 10000));
@@ -78,7 +87,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
     command->add_option("--light", arguments->li2014.light, "li2014: light against the background's, such as 0.85")->check(CLI::Range(0.2, 3.0));
     command->add_flag("--scatter", arguments->li2014.scatter, "li2014: places around the test points instead of on them");
     command->add_option("--samples", arguments->kim2011.samples, "kim2011: samples per position and seed")->capture_default_str()->check(CLI::Range(1, 100000));
-    command->add_option("--tilt-deg", arguments->tilt_deg, "kim2011: true tilt of the camera, calibrated by a turn on the spot")->check(CLI::Range(0.0, 5.0));
+    command->add_option("--tilt-deg", arguments->tilt_deg, "kim2011: true tilt of the camera; a turn on the spot calibrates it")->check(CLI::Range(0.0, 5.0));
     command->add_option("--late", arguments->kim2011.late, "kim2011: part of the ranges that come around a corner, 0..1")->check(CLI::Range(0.0, 1.0));
     command->add_option("--plot", arguments->plot, "chou1986: SVG file for the paper's error study");
     command->footer("Example: roomfix reproduce kim2011 --tilt-deg 0.5");

@@ -44,6 +44,30 @@ struct Studio {
     }
 };
 
+TEST(CornerObserver, MovesWithTheIntrinsicsAsItSays) {
+    Studio studio;
+    Random random(22);
+    const RoomShot shot = chou1986_shot(chou1986_places()[5], random);
+    studio.look(shot);
+    ASSERT_FALSE(studio.result.corners.empty());
+    const CornerObservation before = studio.result.corners[0];
+    const std::array<double, 5> change = {1.5, -1.0, 0.8, -0.6, 0.003};  // fx, fy, cx, cy, k1
+    for (std::size_t i = 0; i < change.size(); ++i) {
+        CameraModel other = studio.model;
+        IntrinsicsVector numbers = other.intrinsics();
+        const auto k = static_cast<Eigen::Index>(i);
+        numbers[k] += change[i];
+        other.set_intrinsics(numbers);
+        CornerObserver observer(other, {right_angle});
+        CornerResult after;
+        observer.observe(studio.frame, {}, after);
+        ASSERT_FALSE(after.corners.empty());
+        const Vector5d moved = error_of(after.corners[0].view, before.view);
+        const Vector5d predicted = before.by_intrinsics.col(k) * change[i];
+        EXPECT_LT((moved - predicted).norm(), 0.1 * predicted.norm() + 2e-5) << "number " << i;
+    }
+}
+
 TEST(CornerObserver, BareRoomsAreFoundWithATrueCovariance) {
     Studio studio;
     Random random(21);

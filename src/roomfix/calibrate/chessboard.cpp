@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/calibrate/saddle.hpp"
 
 namespace roomfix {
 namespace {
@@ -15,6 +16,9 @@ namespace {
 constexpr double blurred_by_median = 1.7;   // times the median of all shots' edges
 constexpr double blurred_by_square = 0.25;  // part of a square that an edge may take
 constexpr double sharp_enough = 4;          // px: never too wide
+constexpr double look = 0.7;                // of a square: how far around a corner light is read ...
+constexpr double least_look = 2.5;          // px: less says too little
+constexpr double widest_look = 12;          // px: ... and no farther, for lenses bend lines
 constexpr double same_place = 0.015;        // of the diagonal, rms over the corners
 
 cv::Mat mat_of(LumaView picture) {
@@ -54,6 +58,26 @@ double distance(const BoardShot& a, const BoardShot& b) {
     return std::sqrt(std::min(same, turned) / static_cast<double>(count));
 }
 
+/// Each corner again from all pixels around it, within the squares.
+void refine(LumaView picture, const Chessboard& board, std::vector<Eigen::Vector2d>& corners) {
+    const std::vector<Eigen::Vector2d> first = corners;
+    const auto at = [&](int column, int row) { return first[static_cast<std::size_t>(row * board.columns + column)]; };
+    for (int i = 0; i < board.corners(); ++i) {
+        const int column = i % board.columns, row = i / board.columns;
+        const Eigen::Vector2d across = at(std::min(column + 1, board.columns - 1), row) - at(std::max(column - 1, 0), row);
+        const Eigen::Vector2d down = at(column, std::min(row + 1, board.rows - 1)) - at(column, std::max(row - 1, 0));
+        // No nearer corner comes into sight.
+        double square = 1e300;
+        for (const auto& [c, r] : {std::pair{column - 1, row}, {column + 1, row}, {column, row - 1}, {column, row + 1}}) {
+            if (c >= 0 && r >= 0 && c < board.columns && r < board.rows) square = std::min(square, (at(c, r) - at(column, row)).norm());
+        }
+        const double crossing = std::abs(across.x() * down.y() - across.y() * down.x()) / (across.norm() * down.norm());
+        const double radius = std::min(widest_look, look * square * crossing);
+        if (radius < least_look) continue;
+        if (const auto saddle = fit_saddle(picture, first[static_cast<std::size_t>(i)], across, down, radius)) corners[static_cast<std::size_t>(i)] = saddle->pixel;
+    }
+}
+
 double median(std::vector<double> values) {
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
     return values[values.size() / 2];
@@ -75,6 +99,7 @@ BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::
     shot.square_pixels = mean;
     shot.edge_width = cv::estimateChessboardSharpness(mat_of(picture), {board.columns, board.rows}, corners)[0];
     for (const cv::Point2f& c : corners) shot.corners.emplace_back(static_cast<double>(c.x), static_cast<double>(c.y));
+    refine(picture, board, shot.corners);
     return shot;
 }
 

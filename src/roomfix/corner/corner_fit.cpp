@@ -25,6 +25,15 @@ struct EdgeLine {
     Eigen::Vector3d point(double length) const { return corner + direction * (length * corner.z() / (speed - length * direction.z())); }
 };
 
+double piece_variance(const EdgePiece& piece, const CornerFitSettings& settings) { return piece.step.variance + settings.model_sigma * settings.model_sigma; }
+
+/// What a piece has to say; one that is off by more than `gate` standard deviations loses its say (Geman-McClure).
+double piece_weight(const EdgePiece& piece, double gate, const CornerFitSettings& settings) {
+    const double variance = piece_variance(piece, settings);
+    const double doubt = 1 + piece.step.offset * piece.step.offset / (variance * gate * gate);
+    return 1 / (variance * doubt * doubt);
+}
+
 }  // namespace
 
 CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& settings) : model_(model), settings_(settings) {}
@@ -57,6 +66,7 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
             // The lens bends the piece: the straight stretch through it stands for its mean.
             const Eigen::Vector2d bend = (2.0 / 3.0) * (*middle - 0.5 * (*before + *after));
             piece.stretch = {*before + bend, *after + bend};
+            piece.middle = middle_camera;
             // The edge's point moves with the unknowns: P = R^T Exp(-r) (x - t).
             const Eigen::Vector3d arm = fit.view.corner_from_camera * middle_camera;
             const Eigen::Matrix<double, 1, 3> across = piece.stretch.normal().transpose() * jacobian;
@@ -79,10 +89,8 @@ bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
     int count = 0;
     for (const EdgePiece& piece : fit.pieces) {
         if (!piece.seen) continue;
-        const double variance = piece.step.variance + settings_.model_sigma * settings_.model_sigma;
-        const double ratio = piece.step.offset * piece.step.offset / variance;
-        const double doubt = 1 + ratio / (gate * gate);
-        const double weight = 1 / (variance * doubt * doubt);  // Geman-McClure
+        const double ratio = piece.step.offset * piece.step.offset / piece_variance(piece, settings_);
+        const double weight = piece_weight(piece, gate, settings_);
         information += weight * piece.slope * piece.slope.transpose();
         pull += weight * piece.step.offset * piece.slope;
         if (ratio < gate * gate) {
@@ -259,6 +267,19 @@ bool CornerFitter::finish_softly(LumaView frame, double wall_angle, CornerFit& f
         if (!step(wall_angle, settings_.outlier, fit)) return false;
     }
     return true;
+}
+
+CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings) {
+    Matrix5d information = Matrix5d::Zero();
+    CornerByIntrinsics pull = CornerByIntrinsics::Zero();
+    for (const EdgePiece& piece : fit.pieces) {
+        IntrinsicsJacobian by_intrinsics;
+        if (!piece.seen || !project(model, piece.middle, nullptr, &by_intrinsics)) continue;
+        const double weight = piece_weight(piece, settings.outlier, settings);
+        information += weight * piece.slope * piece.slope.transpose();
+        pull -= weight * piece.slope * (piece.stretch.normal().transpose() * by_intrinsics);
+    }
+    return information.ldlt().solve(pull);
 }
 
 std::array<EdgeSupport, 3> edge_support(const CornerFit& fit, double tolerance) {

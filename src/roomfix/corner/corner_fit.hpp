@@ -43,7 +43,8 @@ struct EdgePiece {
     LineStretch stretch;
     LightProfile profile;
     EdgeStep step;
-    Vector5d slope = Vector5d::Zero();  // d(offset wanted) / d(unknowns), px
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of the piece, camera frame, in ceiling distances
+    Vector5d slope = Vector5d::Zero();                 // d(offset wanted) / d(unknowns), px
     double lift = 0;                    // px of offset per ceiling distance that the whole corner rises
     bool seen = false;                  // there is a step where it should be
 };
@@ -88,6 +89,9 @@ private:
     CornerFitSettings settings_;
     LightTable light_;
 };
+
+/// How the view moves with the intrinsics with which it was found.
+CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings);
 
 /// What the pieces say about each edge, for judging and drawing. A piece is seen if its step is where it should be within its own error and
 /// `tolerance` px.

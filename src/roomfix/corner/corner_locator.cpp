@@ -124,7 +124,7 @@ std::optional<CameraPlace> CornerLocator::on_tripod(const CornerObservation& see
     by.block<2, 2>(0, 6) = Eigen::Matrix2d::Identity();
     by.block<3, 1>(0, 8) = sideways;
     Eigen::Matrix<double, 9, 9> errors = Eigen::Matrix<double, 9, 9>::Zero();
-    errors.topLeftCorner<5, 5>() = seen.covariance;
+    errors.topLeftCorner<5, 5>() = seen.covariance_with(camera_.intrinsics_covariance);
     errors(5, 5) = known.sigma * known.sigma;
     errors.diagonal().tail<3>().setConstant(corner.sigma * corner.sigma);
     place.map_from_camera.covariance = by * errors * by.transpose();
@@ -150,6 +150,7 @@ std::optional<CameraPlace> CornerLocator::on_robot(const CornerObservation& seen
         mount_error.setZero();
         mount_error.diagonal() << 1e-5, 1e-5, 1e-5, settings_.unknown_tilt * settings_.unknown_tilt, settings_.unknown_tilt * settings_.unknown_tilt, 1e-6;
     }
+    const CameraErrors camera_error = joint_covariance(mount_error, camera_.intrinsics_errors());
     // Start: the heading that the seen rotation has, the place that the seen place has.
     const Eigen::Matrix3d map_from_camera = turn * seen.view.corner_from_camera;
     const Eigen::Matrix3d robot = map_from_camera * robot_from_camera.linear().transpose();
@@ -172,15 +173,17 @@ std::optional<CameraPlace> CornerLocator::on_robot(const CornerObservation& seen
         by_pose.block<2, 2>(3, 0) = place_by_map.leftCols<2>();
         by_pose.block<2, 1>(3, 2) = place_by_map * Eigen::Vector3d::UnitZ().cross(arm);
         // The mount's error, fixed axes of the robot: it moves the camera and turns it. Raising the camera shortens the distance.
-        Eigen::Matrix<double, 5, 6> by_mount = Eigen::Matrix<double, 5, 6>::Zero();
+        Eigen::Matrix<double, 5, camera_errors> by_camera = Eigen::Matrix<double, 5, camera_errors>::Zero();
+        auto by_mount = by_camera.leftCols<6>();
         by_mount.block<3, 3>(0, 3) = turn.transpose() * map_from_robot_now.linear();
         by_mount.block<2, 3>(3, 0) = place_by_map * map_from_robot_now.linear();
         by_mount.block<2, 1>(3, 2) += predicted.place / distance;
         Eigen::Matrix<double, 5, 3> by_corner = Eigen::Matrix<double, 5, 3>::Zero();
         by_corner.block<2, 2>(3, 0) = -place_by_map.leftCols<2>();
         by_corner.block<2, 1>(3, 2) = -predicted.place / distance;
+        by_camera.rightCols<most_intrinsics>() = -seen.by_intrinsics;
         const Matrix5d noise =
-            seen.covariance + by_mount * mount_error * by_mount.transpose() + corner.sigma * corner.sigma * by_corner * by_corner.transpose();
+            seen.covariance + by_camera * camera_error * by_camera.transpose() + corner.sigma * corner.sigma * by_corner * by_corner.transpose();
         const Eigen::LLT<Matrix5d> noise_solver(noise);
         const Eigen::Matrix3d information = by_pose.transpose() * noise_solver.solve(by_pose);
         const Eigen::Vector3d move = information.ldlt().solve(by_pose.transpose() * noise_solver.solve(off));
@@ -198,8 +201,8 @@ std::optional<CameraPlace> CornerLocator::on_robot(const CornerObservation& seen
     by(0, 0) = by(1, 1) = by(5, 2) = 1;
     by.block<3, 1>(0, 2) = Eigen::Vector3d::UnitZ().cross(turned * robot_from_camera.translation());
     Matrix6d turned_mount = Matrix6d::Zero();
-    turned_mount.topLeftCorner<3, 3>() = turned * mount_error.topLeftCorner<3, 3>() * turned.transpose();
-    turned_mount.bottomRightCorner<3, 3>() = turned * mount_error.bottomRightCorner<3, 3>() * turned.transpose();
+    turned_mount.topLeftCorner<3, 3>() = turned * camera_error.topLeftCorner<3, 3>() * turned.transpose();
+    turned_mount.bottomRightCorner<3, 3>() = turned * camera_error.block<3, 3>(3, 3) * turned.transpose();
     place.map_from_camera.covariance = by * place.covariance * by.transpose() + turned_mount;
     return place;
 }

@@ -52,7 +52,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     for (int i = 0; i < 6; ++i) {
         const auto slow = find_slow(belief, SlowKind::calibration, source.source, i);
         if (!slow) continue;
-        column = by_mount * source.calibration.col(i).head<6>();
+        column = by_mount * source.calibration.col(i).head<6>() - seen.by_intrinsics * source.calibration.col(i).tail<most_intrinsics>();
         l.depends_on_slow(belief, *slow, column);
     }
     return l;

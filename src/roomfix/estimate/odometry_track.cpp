@@ -47,6 +47,21 @@ OdometryTrack::Piece OdometryTrack::piece(Nanoseconds from, Nanoseconds to) cons
     return piece;
 }
 
+std::optional<OdometryStep> OdometryTrack::step(Nanoseconds from, Nanoseconds to) const {
+    OdometryStep whole;
+    while (from < to) {
+        const Piece next = piece(from, to);
+        if (!next.driven) return std::nullopt;
+        whole.way += Eigen::Rotation2Dd(whole.turned) * next.step.way;
+        whole.turned += next.step.turned;
+        whole.seconds += next.step.seconds;
+        whole.velocity = next.step.velocity;
+        whole.turn_rate = next.step.turn_rate;
+        from = next.end;
+    }
+    return whole;
+}
+
 void OdometryTrack::forget_before(Nanoseconds time) {
     const auto keep = std::upper_bound(poses_.begin(), poses_.end(), time, [](Nanoseconds t, const Stamped& p) { return t < p.time; });
     if (keep - poses_.begin() > 64) poses_.erase(poses_.begin(), keep - 1);

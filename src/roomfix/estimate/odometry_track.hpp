@@ -29,6 +29,8 @@ public:
         OdometryStep step;
     };
     Piece piece(Nanoseconds from, Nanoseconds to) const;
+    /// The whole stretch between two times; nothing where the odometry is silent for a part of it.
+    std::optional<OdometryStep> step(Nanoseconds from, Nanoseconds to) const;
 
     bool empty() const { return poses_.empty(); }
     /// Drops what lies before a time, but for the last pose before it.

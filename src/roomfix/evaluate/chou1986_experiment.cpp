@@ -69,7 +69,23 @@ Coordinate coordinate_of(const std::vector<double>& values, double truth) {
 
 }  // namespace
 
-Chou1986Report run_chou1986(const Chou1986Options& options, const std::function<void(double)>& progress) {
+namespace {
+
+/// What its user knows of the camera.
+struct KnownLens {
+    CameraModel model;
+    IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();
+};
+Result<KnownLens> known_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int board_shots) {
+    if (board_shots == 0) return KnownLens{truth};
+    const auto lens = photographed_lens(truth, sensor, seed, board_shots);
+    if (!lens) return lens.error();
+    return KnownLens{lens->model, lens->covariance};
+}
+
+}  // namespace
+
+Result<Chou1986Report> run_chou1986(const Chou1986Options& options, const std::function<void(double)>& progress) {
     Chou1986Report report;
     report.options = options;
     const CameraModel model = room_camera();
@@ -77,13 +93,15 @@ Chou1986Report run_chou1986(const Chou1986Options& options, const std::function<
     const GlareModel glare;
     const auto& places = chou1986_places();
     const double total = static_cast<double>(places.size()) * options.seeds * chou1986_pictures;
-    CornerObserver observer(model, {right_angle});
-    const Chou1986 published(model);
     CornerResult seen;
     for (int s = 0; s < options.seeds; ++s) {
         const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(s);
         Random random(seed * 7919 + 3);
         RoomRenderer renderer(model, sensor, glare, seed);
+        const auto lens = known_lens(model, sensor, seed, options.board_shots);
+        if (!lens) return lens.error();
+        CornerObserver observer(lens->model, {right_angle});
+        const Chou1986 published(lens->model);
         LumaImage frame;
         for (std::size_t p = 0; p < places.size(); ++p) {
             for (int i = 0; i < chou1986_pictures; ++i) {
@@ -99,9 +117,11 @@ Chou1986Report run_chou1986(const Chou1986Options& options, const std::function<
                 if (!seen.corners.empty()) {
                     trial.ours = seen.corners[0];
                     trial.error = error_of(trial.truth, trial.ours->view);
+                    trial.covariance = trial.ours->covariance_with(lens->covariance);
+                    trial.bound = trial.covariance - trial.ours->covariance;
                 }
                 if (options.published) trial.published = published.locate(frame);
-                trial.bound = corner_information(shot, model, sensor, glare).inverse();
+                trial.bound += corner_information(shot, model, sensor, glare).inverse();
                 report.trials.push_back(trial);
                 if (progress) progress(static_cast<double>(report.trials.size()) / total);
             }
@@ -140,7 +160,7 @@ double Chou1986Report::rotation_bound() const {
     return std::sqrt(mean_of(trials, [](const Chou1986Trial& t) { return std::optional(t.bound.topLeftCorner<3, 3>().trace()); }));
 }
 double Chou1986Report::mean_nees() const {
-    return mean_of(trials, [](const Chou1986Trial& t) { return t.ours ? std::optional(t.error.dot(t.ours->covariance.ldlt().solve(t.error))) : std::nullopt; });
+    return mean_of(trials, [](const Chou1986Trial& t) { return t.ours ? std::optional(t.error.dot(t.covariance.ldlt().solve(t.error))) : std::nullopt; });
 }
 
 std::string chou1986_table(const Chou1986Report& report) {

@@ -9,6 +9,7 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/evaluate/line_chart.hpp"
+#include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/observation/corner_observation.hpp"
 
 namespace roomfix {
@@ -17,6 +18,7 @@ struct Chou1986Options {
     std::uint64_t seed = 1;
     int seeds = 1;          // each with its own rooms, looks and noise
     bool published = true;  // the published method, too
+    int board_shots = usual_board_shots;  // pictures of a board from which the lens is calibrated; 0: it is known exactly
 };
 
 struct Chou1986Trial {
@@ -27,7 +29,8 @@ struct Chou1986Trial {
     std::optional<CornerObservation> ours;
     Vector5d error = Vector5d::Zero();  // rotation (rad) and place of the truth against ours
     std::optional<CornerView> published;
-    Matrix5d bound = Matrix5d::Zero();  // covariance
+    Matrix5d covariance = Matrix5d::Zero();  // of ours, with the lens's errors
+    Matrix5d bound = Matrix5d::Zero();       // covariance; with the lens's errors where there is a fix
     std::string reason;
 };
 
@@ -51,8 +54,8 @@ struct Chou1986Report {
     double mean_nees() const;
 };
 
-/// An error only if nothing could be rendered.
-Chou1986Report run_chou1986(const Chou1986Options& options, const std::function<void(double)>& progress = {});
+/// An error if the lens could not be calibrated.
+Result<Chou1986Report> run_chou1986(const Chou1986Options& options, const std::function<void(double)>& progress = {});
 
 /// The paper's Fig. 17(a) as a table: per place the mean, the standard deviation and the error percentage of X_c and Y_c.
 std::string chou1986_table(const Chou1986Report& report);

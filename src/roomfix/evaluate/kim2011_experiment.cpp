@@ -19,7 +19,6 @@
 namespace roomfix {
 namespace {
 
-constexpr int spin_frames = 90;
 constexpr int bounds_per_position = 15;  // it changes little from sample to sample and costs more than a fix
 
 /// One look from a place: the picture, and what the listener heard.
@@ -61,34 +60,6 @@ private:
     std::uint64_t taken_ = 0;
 };
 
-/// The mount as a user would get it: from pictures of a robot that turns on the spot, with a wobble of some millimetres.
-Result<MountCalibration> calibrated_mount(const Kim2011Options& options, std::uint64_t seed) {
-    const Scenario spin = kim2011_spin_scenario(seed, options.tilt);
-    Rig rig(spin, seed + 500);
-    const auto& mount = std::get<Mount>(spin.site.cameras[0].placement);
-    const CameraOnRobot camera{spin.site.cameras[0].model, mount.robot_from_camera};
-    CeilingObserver observer(camera, false, spin.site.landmarks);
-    RobotLocator locator(spin.site, 0, camera);
-    CeilingResult seen;
-    LocatedRobot located;
-    std::vector<MountFrame> frames;
-    for (int i = 0; i < spin_frames; ++i) {
-        const Eigen::Vector2d wobble(rig.random().normal(0.002), rig.random().normal(0.002));
-        const Eigen::Vector2d place = spin.robots[0].path[0] + wobble;
-        const Sample sample = rig.take({place.x(), place.y(), 2 * std::numbers::pi * i / spin_frames});
-        observer.observe(sample.frame, seen);
-        locator.locate(seen.landmarks, {}, {}, located);
-        if (located.places.empty()) continue;
-        MountFrame frame;
-        frame.pose = located.places[0].pose;
-        frame.points = locator.seen_points(seen.landmarks, located.places[0]);
-        frames.push_back(frame);
-    }
-    // The simulated LEDs sit exactly where the site says: what is left is what their centroids are always off by. And the robot's heading
-    // is by definition the camera's.
-    return calibrate_mount(camera, frames, {.heading_sigma = 1e-4, .point_sigma = 1e-5});
-}
-
 double rms_over(const std::vector<Kim2011Trial>& trials, int position, const std::function<std::optional<double>(const Kim2011Trial&)>& squared) {
     double sum = 0;
     int count = 0;
@@ -108,18 +79,43 @@ std::vector<BeaconRange> beacon_ranges(const Site& site, const RangeBatch& heard
     return ranges;
 }
 
-/// What the mount's own uncertainty adds to any fix from this landmark at `truth`.
-Eigen::Matrix3d mount_part(const CameraOnRobot& camera, const SiteLandmark& landmark, const Pose2& truth) {
+/// What the camera's own uncertainty adds to any fix from this landmark at `truth`.
+Eigen::Matrix3d camera_part(const CameraOnRobot& camera, const SiteLandmark& landmark, const Pose2& truth) {
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    Eigen::Matrix<double, 3, 6> by_mount = Eigen::Matrix<double, 3, 6>::Zero();
+    Eigen::Matrix<double, 3, camera_errors> by_camera = Eigen::Matrix<double, 3, camera_errors>::Zero();
     for (const Eigen::Vector3d& point : map_points(landmark)) {
         SeenPointJacobian j;
         if (!predict_point(camera, truth, point, &j)) continue;
         information += j.by_pose.transpose() * j.by_pose;
-        by_mount += j.by_pose.transpose() * j.by_mount;
+        by_camera.leftCols<6>() += j.by_pose.transpose() * j.by_mount;
+        by_camera.rightCols<most_intrinsics>() += j.by_pose.transpose() * j.by_intrinsics;
     }
-    const Eigen::Matrix<double, 3, 6> moved = information.inverse() * by_mount;
-    return moved * camera.robot_from_camera.covariance * moved.transpose();
+    const Eigen::Matrix<double, 3, camera_errors> moved = information.inverse() * by_camera;
+    return moved * joint_covariance(camera.robot_from_camera.covariance, camera.intrinsics) * moved.transpose();
+}
+
+/// Puts into the site what its user knows of the camera: lens and mount, from rendered pictures.
+Result<void> calibrate(const Kim2011Options& options, std::uint64_t seed, SiteCamera& camera, Kim2011Report& report) {
+    const Scenario spin = kim2011_spin_scenario(seed, options.tilt);
+    const ScenarioUpCamera& truth = spin.up_cameras[0];
+    if (options.board_shots > 0) {
+        const auto lens = photographed_lens(truth.truth.model, truth.sensor, seed, options.board_shots);
+        if (!lens) return lens.error();
+        camera.model = lens->model;
+        camera.intrinsics_covariance = lens->covariance;
+    } else if (options.tilt == 0) {
+        return {};
+    }
+    // The simulated LEDs sit exactly where the site says: what is left is what their centroids are always off by. And the robot's heading
+    // is by definition the camera's.
+    const MountSettings settings{.heading_sigma = 1e-4, .point_sigma = 1e-5};
+    const auto found = photographed_mount(spin, camera.model, {camera.intrinsics_covariance}, settings, seed + 500);
+    if (!found) return found.error();
+    auto& mount = std::get<Mount>(camera.placement);
+    mount.robot_from_camera = found->robot_from_camera;
+    mount.by_intrinsics = found->by_intrinsics;
+    report.tilt_sigma = found->tilt_sigma;
+    return {};
 }
 
 double squared_distance(const Kim2011Trial& t, double x, double y) { return (x - t.truth.x) * (x - t.truth.x) + (y - t.truth.y) * (y - t.truth.y); }
@@ -138,13 +134,8 @@ Result<Kim2011Report> run_kim2011(const Kim2011Options& options, const std::func
         if (!options.lamp) scenario.ceiling.patches.erase(scenario.ceiling.patches.begin());
         auto& mount = std::get<Mount>(scenario.site.cameras[0].placement);
         mount.has_covariance = true;  // a level mount is one that is known to be level
-        if (options.tilt > 0) {
-            auto calibration = calibrated_mount(options, seed);
-            if (!calibration) return calibration.error();
-            mount.robot_from_camera = calibration->robot_from_camera;
-            report.tilt_sigma = calibration->tilt_sigma;
-        }
-        const CameraOnRobot camera{scenario.site.cameras[0].model, mount.robot_from_camera};
+        if (auto calibrated = calibrate(options, seed, scenario.site.cameras[0], report); !calibrated) return calibrated.error();
+        const CameraOnRobot camera = camera_on_robot(scenario.site.cameras[0], mount);
         Rig rig(scenario, seed);
         CeilingObserver observer(camera, true, scenario.site.landmarks);
         RobotLocator locator(scenario.site, 0, camera);
@@ -177,7 +168,7 @@ Result<Kim2011Report> run_kim2011(const Kim2011Options& options, const std::func
                         information += range_information(r.beacon, scenario.site.robots[0].receiver->position, r.sigma, trial.truth);
                     }
                     trial.bound = information.inverse();
-                    if (options.tilt > 0) *trial.bound += mount_part(camera, scenario.site.landmarks[0], trial.truth);
+                    *trial.bound += camera_part(camera, scenario.site.landmarks[0], trial.truth);
                 }
                 if (options.baselines) {
                     if (const auto fix = published.locate(sample.frame, sample.rounded_distance, rise)) trial.published = fix->pose;
@@ -226,7 +217,7 @@ std::string kim2011_table(const Kim2011Report& report) {
         "Kim et al. 2011, Table 1. RMSE in cm; simulated columns over {} samples per position{}{}.\n"
         "                    printed                 | simulated\n"
         "  position (cm)   trilateration  proposed   | trilateration  as published   roomfix    bound\n",
-        o.seeds * o.samples, o.tilt > 0 ? fmt::format(", mount tilted by {:.2f} deg and calibrated", degrees(o.tilt)) : "",
+        o.seeds * o.samples, o.tilt > 0 ? fmt::format(", mount tilted by {:.2f} deg", degrees(o.tilt)) : "",
         o.late > 0 ? fmt::format(", {:.0f} % of the ranges late", 100 * o.late) : "");
     double trilateration = 0;
     double proposed = 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/geometry/pose.hpp"
 
 namespace roomfix {
@@ -15,10 +16,13 @@ struct Kim2011Options {
     std::uint64_t seed = 1;
     int seeds = 3;
     int samples = 100;      // per position and seed, each with its own heading
-    double tilt = 0;        // rad: true tilt of the mount, calibrated from a simulated turn on the spot
+    double tilt = 0;        // rad: true tilt of the mount
     double late = 0;        // part of the ranges that come around a corner
     bool lamp = true;       // a lit tube over the room
     bool baselines = true;  // the published method and trilateration, too
+    // Pictures of a board from which the lens is calibrated, before the mount is from a turn on the spot; 0: the lens is known exactly, and the
+    // mount, too, if it is level.
+    int board_shots = usual_board_shots;
 };
 
 struct Kim2011Trial {

@@ -41,12 +41,30 @@ Result<Station> make_station(const Scenario& scenario, std::size_t index, const 
     station.observer.set_background(learner.learn());
     if (with_published) {
         const auto rectangle = li2014_rectangle(camera, 0.5, random);
-        auto published = Li2014::set_up(camera.truth.model, rectangle, li2014_aisle_ahead(camera.truth));
+        auto published = Li2014::set_up(view->model, rectangle, li2014_aisle_ahead(camera.truth));
         if (!published) return published.error();
         published->set_background(frames);
         station.published = std::move(*published);
     }
     return station;
+}
+
+/// The scenario with cameras that their user calibrated.
+Result<Scenario> calibrated_scenario(std::uint64_t seed, int board_shots) {
+    Scenario scenario = li2014_scenario(seed);
+    if (board_shots == 0) return scenario;
+    for (std::size_t i = 0; i < scenario.cameras.size(); ++i) {
+        const ScenarioCamera& truth = scenario.cameras[i];
+        SiteCamera& known = scenario.site.cameras[i];
+        const auto lens = photographed_lens(truth.truth.model, truth.sensor, seed * 11 + i, board_shots);
+        if (!lens) return Error{fmt::format("the lens of {}: {}", truth.id, lens.error().message)};
+        known.model = lens->model;
+        known.intrinsics_covariance = lens->covariance;
+        const auto pose = photographed_floor(truth, scenario.scene, known, li2014_tile, seed * 11 + i);
+        if (!pose) return Error{fmt::format("the floor of {}: {}", truth.id, pose.error().message)};
+        known.placement = *pose;
+    }
+    return scenario;
 }
 
 double position_sigma(const Eigen::Matrix3d& covariance) { return std::sqrt(covariance(0, 0) + covariance(1, 1)); }
@@ -142,7 +160,9 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
     const double total = static_cast<double>(points.size()) * options.seeds * options.fixes_per_point;
     for (int s = 0; s < options.seeds; ++s) {
         const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(s);
-        const Scenario scenario = li2014_scenario(seed);
+        const auto calibrated = calibrated_scenario(seed, options.board_shots);
+        if (!calibrated) return calibrated.error();
+        const Scenario& scenario = *calibrated;
         Random random(seed * 7919 + 5);
         const ShapePoints shape = shape_points(scenario.robots[0].robot.shape, scenario.robots[0].robot.size_sigma);
         std::optional<Station> station;

@@ -5,10 +5,15 @@
 #include <array>
 #include <numbers>
 
+#include "roomfix/geometry/camera_model.hpp"
+
 namespace roomfix {
 
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
+
+/// Derivatives of a corner's five unknowns by the intrinsics.
+using CornerByIntrinsics = Eigen::Matrix<double, 5, most_intrinsics>;
 
 /// The camera against a corner, up to scale: all that one picture of a corner can tell. Corner frame: origin where the two walls meet
 /// the ceiling, x along the corner's x edge, z up, y to the left of x.
@@ -30,10 +35,15 @@ struct EdgeSighting {
 struct CornerObservation {
     CornerView view;
     double wall_angle = std::numbers::pi / 2;    // rad, between the two walls, inside the room
-    Matrix5d covariance = Matrix5d::Identity();  // rotation about the corner's x, y, z (rad): true = Exp(d) * corner_from_camera; then place
+    // Rotation about the corner's x, y, z (rad): true = Exp(d) * corner_from_camera; then place. As if the intrinsics were exact.
+    Matrix5d covariance = Matrix5d::Identity();
+    CornerByIntrinsics by_intrinsics = CornerByIntrinsics::Zero();  // had they been others, the view would be another, too
     double weight = 1;                           // among all that one picture may show
     Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
     std::array<EdgeSighting, 3> edges;
+
+    /// With what is not known of the intrinsics.
+    Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const { return covariance + by_intrinsics * intrinsics * by_intrinsics.transpose(); }
 };
 
 }  // namespace roomfix

@@ -5,16 +5,39 @@
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
 #include "roomfix/connect/frame_source.hpp"
+#include "roomfix/connect/odometry_source.hpp"
 #include "roomfix/pipeline/onboard_locator.hpp"
 
 namespace roomfix {
 
-Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera& camera, const std::string& source, const MountSettings& settings,
-                                              const std::function<void(double)>& progress) {
+namespace {
+
+/// The robot's wheels; what is known of them goes into the settings.
+Result<OdometryTrack> wheels_of(const Site& site, int robot, const std::string& file, MountSettings& settings) {
+    OdometryTrack track;
+    if (file.empty()) return track;
+    const auto batch = load_odometry(file, site, robot);
+    if (!batch) return batch.error();
+    for (const OdometryObservation& o : batch->poses) {
+        if (o.robot == robot) track.add(o.time, o.pose);
+    }
+    if (const auto& known = site.robots[static_cast<std::size_t>(robot)].odometry) {
+        settings.scale_sigma = known->scale_sigma;
+        settings.drift_sigma = known->drift_sigma;
+    }
+    return track;
+}
+
+}  // namespace
+
+Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera& camera, const std::string& source, const std::string& odometry,
+                                              MountSettings settings, const std::function<void(double)>& progress) {
     SiteCamera free = camera;  // its mount may be far off: landmarks are taken as they come
     if (auto* mount = std::get_if<Mount>(&free.placement)) mount->has_covariance = false;
     auto locator = OnboardLocator::for_camera(site, free);
     if (!locator) return locator.error();
+    const auto wheels = wheels_of(site, (*locator)->robot(), odometry, settings);
+    if (!wheels) return wheels.error();
     auto frames = open_source(source);
     if (!frames) return frames.error();
     if ((*frames)->live()) return Error{fmt::format("{}: a mount is calibrated from a recording: record the turn first", source)};
@@ -36,10 +59,12 @@ Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera
         }
         const LumaView view = frame.image;
         (*locator)->locate(&view, {}, {}, -1, result);
-        if (!result.located.places.empty()) seen.push_back({(*locator)->seen_points(result), result.located.places[0].pose});
+        if (!result.located.places.empty()) {
+            seen.push_back({(*locator)->seen_points(result), result.located.places[0].pose, frame.time});
+        }
         if (progress && (*frames)->count() > 0) progress(number / static_cast<double>((*frames)->count()));
     }
-    return calibrate_mount(camera_on_robot(camera, std::get<Mount>(camera.placement)), std::move(seen), settings);
+    return calibrate_mount(camera_on_robot(camera, std::get<Mount>(camera.placement)), std::move(seen), settings, *wheels);
 }
 
 }  // namespace roomfix

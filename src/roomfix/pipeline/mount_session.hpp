@@ -1,4 +1,4 @@
-// A recorded turn on the spot, from frames to a mount.
+// A recorded turn or drive, from frames and odometry to a mount.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,9 @@
 
 namespace roomfix {
 
-/// Looks for landmarks in all frames of `source` (folder or video) and calibrates the camera's mount with them. `progress` gets 0..1.
-Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera& camera, const std::string& source, const MountSettings& settings,
-                                              const std::function<void(double)>& progress = {});
+/// Looks for landmarks in all frames of `source` (folder or video) and calibrates the camera's mount with them, and with the wheels of
+/// `odometry` (CSV; empty: none) if they were recorded with the same clock. `progress` gets 0..1.
+Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera& camera, const std::string& source, const std::string& odometry,
+                                              MountSettings settings, const std::function<void(double)>& progress = {});
 
 }  // namespace roomfix

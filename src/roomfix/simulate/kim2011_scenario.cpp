@@ -79,6 +79,25 @@ Scenario kim2011_spin_scenario(std::uint64_t seed, double tilt) {
     return scenario;
 }
 
+Scenario kim2011_drive_scenario(std::uint64_t seed, double tilt) {
+    Scenario scenario = room("kim2011-drive", seed, tilt);
+    ScenarioRobot& robot = scenario.robots[0];
+    robot.path = {{0.3, 0.8}, {1.8, 0.8}, {1.8, 1.8}, {1.05, 1.3}, {0.3, 1.8}};
+    robot.speed = 0.25;
+    WheelOdometry odometry;
+    odometry.source = "odometry.csv";
+    robot.robot.drive = Drive::differential;
+    robot.robot.odometry = odometry;
+    Random random(seed ^ 0x0d0);
+    robot.wheels.scale = random.normal(odometry.scale_sigma);
+    robot.wheels.drift = random.normal(odometry.drift_sigma);
+    scenario.site.robots = {robot.robot};
+    Eigen::Isometry3d& mount = scenario.up_cameras[0].truth.robot_from_camera.pose;  // set by eye
+    mount.linear() = Eigen::AngleAxisd(random.normal(radians(1)), Eigen::Vector3d::UnitZ()).toRotationMatrix() * mount.linear();
+    scenario.duration = 22;  // once around
+    return scenario;
+}
+
 const std::vector<Kim2011Position>& kim2011_positions() {
     static const std::vector<Kim2011Position> positions = {{{0.5, 1.0}, 0.05410, 0.02086}, {{1.0, 1.0}, 0.08250, 0.01718}, {{1.5, 1.0}, 0.04867, 0.01964},
                                                            {{0.5, 1.5}, 0.02785, 0.03093}, {{1.0, 1.5}, 0.08237, 0.01074}, {{1.5, 1.5}, 0.06282, 0.03011}};

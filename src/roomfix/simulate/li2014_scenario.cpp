@@ -7,7 +7,7 @@ namespace {
 
 // The three aisles, m. The paper gives their widths, the webcams and the test points; the walls are placed so that the
 // robot fits between them at every test point. Point (1001, 779) lies in none of the aisles, so there is an open bay.
-constexpr double tile = 0.30;
+constexpr double tile = li2014_tile;
 constexpr double clicking_noise = 0.5;  // px
 const std::vector<Polyline> li2014_walls = {
     {{2.30, 5.01}, {2.30, 6.39}},                                                             // end of aisle 1

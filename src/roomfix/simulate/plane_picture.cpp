@@ -18,10 +18,12 @@ FlatPattern chessboard_pattern(int columns, int rows, double square) {
 PlanePictures::PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed)
     : width_(camera.width), height_(camera.height), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed) {
     constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
+    Random random(seed ^ 0x5ab5);
     rays_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * fine * fine);
     for (int y = 0; y < fine * height_; ++y) {
         for (int x = 0; x < fine * width_; ++x) {
-            const auto ray = unproject(camera, {(x + 0.5) / fine - 0.5, (y + 0.5) / fine - 0.5});
+            // Anywhere in its cell: rays in rows would move edges that run along them.
+            const auto ray = unproject(camera, {(x + random.uniform()) / fine - 0.5, (y + random.uniform()) / fine - 0.5});
             rays_.push_back(ray ? Eigen::Vector2f(ray->cast<float>()) : Eigen::Vector2f(nowhere, nowhere));
         }
     }

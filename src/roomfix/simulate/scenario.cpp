@@ -8,12 +8,13 @@
 
 namespace roomfix {
 
-std::vector<std::string> scenario_names() { return {"li2014", "kim2011", "kim2011-spin", "chou1986", "chou1986-cluttered", "demo"}; }
+std::vector<std::string> scenario_names() { return {"li2014", "kim2011", "kim2011-spin", "kim2011-drive", "chou1986", "chou1986-cluttered", "demo"}; }
 
 Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
     if (name == "li2014") return li2014_scenario(seed);
     if (name == "kim2011") return kim2011_scenario(seed);
     if (name == "kim2011-spin") return kim2011_spin_scenario(seed, radians(0.5));
+    if (name == "kim2011-drive") return kim2011_drive_scenario(seed, radians(0.5));
     if (name == "chou1986") return chou1986_scenario(seed);
     if (name == "chou1986-cluttered") return chou1986_scenario(seed, true);
     if (name == "demo") return demo_scenario(seed);

@@ -82,6 +82,7 @@ Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed);
 
 /// Li 2014: three aisles of 138, 150 and 152 cm, webcams at (279,570), (755,465) and (650,1030) cm, a robot of 54 x 54 cm.
 Scenario li2014_scenario(std::uint64_t seed);
+constexpr double li2014_tile = 0.30;  // m, of its floor; joints run through the map's origin
 /// The same building with two robots of different size that drive through all three aisles, and a room beside it with a third robot whose
 /// camera sees the room's corners.
 Scenario demo_scenario(std::uint64_t seed);
@@ -91,6 +92,8 @@ Scenario demo_scenario(std::uint64_t seed);
 Scenario kim2011_scenario(std::uint64_t seed, double tilt = 0);
 /// The same room; the robot turns on the spot under the landmark's side.
 Scenario kim2011_spin_scenario(std::uint64_t seed, double tilt = 0);
+/// The same room; the robot drives around under the landmark, and its wheels report.
+Scenario kim2011_drive_scenario(std::uint64_t seed, double tilt = 0);
 /// The paper's reference positions and the errors printed for them, Table 1, m.
 struct Kim2011Position {
     Eigen::Vector2d place;

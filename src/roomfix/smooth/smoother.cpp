@@ -100,7 +100,7 @@ private:
         double* a = trajectory_.knots[k].data();
         double* b = trajectory_.knots[k + 1].data();
         auto* doubt = new DoubtLoss(widening_ * motion_gate, carried_weight);
-        const auto step = driven_between(task_.history.driven[robot], time, trajectory_.times[k + 1]);
+        const auto step = task_.history.driven[robot].step(time, trajectory_.times[k + 1]);
         if (!step) {
             problem_.AddResidualBlock(momentum_term(trajectory_.seconds_after(k), task_.models.motion[robot]).release(), doubt, a, b);
             return;

@@ -64,21 +64,6 @@ std::vector<Nanoseconds> knot_times(std::vector<Nanoseconds> measured, Nanosecon
     return times;
 }
 
-std::optional<OdometryStep> driven_between(const OdometryTrack& driven, Nanoseconds from, Nanoseconds to) {
-    OdometryStep whole;
-    while (from < to) {
-        const OdometryTrack::Piece piece = driven.piece(from, to);
-        if (!piece.driven) return std::nullopt;
-        whole.way += Eigen::Rotation2Dd(whole.turned) * piece.step.way;
-        whole.turned += piece.step.turned;
-        whole.seconds += piece.step.seconds;
-        whole.velocity = piece.step.velocity;
-        whole.turn_rate = piece.step.turn_rate;
-        from = piece.end;
-    }
-    return whole;
-}
-
 namespace {
 
 /// The knot from which `step` leads to `after`.
@@ -119,7 +104,7 @@ std::optional<Trajectory> first_trajectory(const std::vector<Fix>& fixes, const 
         Knot& knot = trajectory.knots[k];
         const bool last = k + 1 == trajectory.knots.size();
         const bool gap = time < a.time || time > b.time || b.time - a.time > longest_gap;
-        const auto wheels = last ? std::nullopt : driven_between(driven, time, times[k + 1]);
+        const auto wheels = last ? std::nullopt : driven.step(time, times[k + 1]);
         if (gap && wheels) {
             knot = back_by(*wheels, trajectory.knots[k + 1]);
             continue;

@@ -43,9 +43,6 @@ struct Trajectory {
 /// Times for knots: where something was measured, but not closer than `closest`, and in between so that no gap is longer than `step`.
 std::vector<Nanoseconds> knot_times(std::vector<Nanoseconds> measured, Nanoseconds step, Nanoseconds closest);
 
-/// What the wheels say about the whole stretch between two times; nothing where they are silent for a part of it.
-std::optional<OdometryStep> driven_between(const OdometryTrack& driven, Nanoseconds from, Nanoseconds to);
-
 /// The way as far as the tracker knew it, as a start for smoothing: `fixes` of one robot in the order of their times. Where it knew none,
 /// wheels fill in, from later on backwards, and straight lines otherwise. `like_turns`: so many turns in a circle look the same; the front
 /// is the one that the tracker ended with. Nothing with fewer than two known fixes, or times.

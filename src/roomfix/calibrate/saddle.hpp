@@ -1,0 +1,23 @@
+// Where four squares of a chessboard meet, to a hundredth of a pixel.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "roomfix/imaging/luma.hpp"
+
+namespace roomfix {
+
+/// Two blurred edges that cross.
+struct Saddle {
+    Eigen::Vector2d pixel;
+    Eigen::Matrix2d covariance;  // px^2, from what the model leaves of the light
+    double blur = 0;             // px, standard deviation
+};
+
+/// Fits the product of two blurred steps on a plane of light to all pixels within `radius` px of `start`, which is within a pixel or so of the truth.
+/// `along`: the directions of the two edges there, of any length. Nothing where that leads elsewhere or out of the picture. The
+/// pattern looks the same turned by half a circle, so neither the camera's tone curve nor the blur's shape moves the place that is found.
+std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const Eigen::Vector2d& along_a, const Eigen::Vector2d& along_b, double radius);
+
+}  // namespace roomfix
