@@ -81,6 +81,23 @@ test('a camera shows its picture with the outline on the robot', async () => {
   await close();
 });
 
+test('the expected error over the floor', async () => {
+  const { page, problems, close } = await open({ viewport: { width: 1280, height: 800 } });
+  assert.equal(await page.locator('.errors rect').count(), 0, 'nothing unless it is asked for');
+  await page.selectOption('#errors', 'hall1');
+  const one = await page.locator('.errors rect').count();
+  assert.ok(one > 50, `${one} cells`);
+  assert.match(await page.locator('.errors rect title').first().textContent(), /± [\d.]+ c?m/);
+  assert.match(await page.textContent('#error-legend'), /95 %.*≤ 1 cm.*more/);
+  await page.selectOption('#errors', '*');
+  assert.ok((await page.locator('.errors rect').count()) > one);
+  if (screenshots) await page.screenshot({ path: `${screenshots}/page-errors.png` });
+  await page.selectOption('#errors', '');
+  assert.equal(await page.locator('.errors rect').count(), 0);
+  assert.deepEqual(problems, []);
+  await close();
+});
+
 test('dark, and on a phone', async () => {
   const dark = await open({ viewport: { width: 1280, height: 800 }, colorScheme: 'dark' });
   const background = await dark.page.evaluate(() => getComputedStyle(document.body).backgroundColor);
@@ -100,6 +117,7 @@ test('the data behind the page', async () => {
   const site = await (await fetch(`${address}/api/site`)).json();
   assert.deepEqual(site.cameras.map((c) => c.id), ['hall1', 'hall2', 'hall3', 'up', 'eye']);
   assert.equal(site.cameras[3].robot, 'r1');
+  assert.ok(site.cameras[0].errors.cells.every(([, , radius]) => radius > 0) && !site.cameras[3].errors);
   assert.deepEqual(site.landmarks.map((l) => l.points.length), [3, 3, 3, 3, 3, 3]);
   const state = await (await fetch(`${address}/api/state`)).json();
   assert.ok(state.ranges.every((r) => ['r1', 'scout'].includes(r.robot) && r.radius >= 0 && site.beacons.some((b) => b.id === r.beacon)));

@@ -1,6 +1,7 @@
 import './style.css';
 import { CameraCard } from './cameras';
 import { colourOf } from './colours';
+import { bestOfAll, errorClasses, errorsOf, errorText } from './errors';
 import { FloorMap } from './map';
 import type { RobotState, Site, State } from './types';
 
@@ -24,10 +25,35 @@ function connected(state: 'live' | 'connecting' | 'lost'): void {
   connection.dataset.status = state === 'live' ? 'ok' : state === 'lost' ? 'failed' : 'waiting';
 }
 
+/** The choice of an error map, for those cameras that have one. */
+function offerErrors(site: Site): void {
+  const choice = element<HTMLSelectElement>('errors');
+  const cameras = site.cameras.filter((c) => c.errors?.cells.length);
+  choice.hidden = cameras.length === 0;
+  const options: [string, string][] = [['', 'No error map'], ...(cameras.length > 1 ? [[bestOfAll, 'Error: best camera'] as [string, string]] : [])];
+  for (const camera of cameras) options.push([camera.id, `Error: ${camera.id}`]);
+  choice.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+  const legend = element('error-legend');
+  legend.replaceChildren(
+    'Expected 95 % error',
+    ...errorClasses.map((c) => {
+      const entry = document.createElement('span');
+      entry.style.setProperty('--class', c.colour);
+      entry.textContent = c.upTo === Infinity ? c.label : `≤ ${c.label}`;
+      return entry;
+    }),
+  );
+  choice.onchange = () => {
+    legend.hidden = !choice.value;
+    map.setErrors(choice.value ? errorsOf(site, choice.value) : []);
+  };
+}
+
 function showSite(site: Site): void {
   element('site-name').textContent = site.name;
   document.title = `${site.name} - roomfix`;
   map.setSite(site);
+  offerErrors(site);
   const list = element('cameras');
   list.replaceChildren();
   cards.clear();
@@ -41,8 +67,7 @@ function showSite(site: Site): void {
 /** Radius of the 95 % ellipse's longer axis, in words. */
 function uncertainty([xx, xy, yy]: RobotState['cov']): string {
   const largest = (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy);
-  const metres = Math.sqrt(5.991 * Math.max(largest, 0));
-  return metres < 1 ? `± ${(100 * metres).toFixed(1)} cm` : `± ${metres.toFixed(1)} m`;
+  return errorText(Math.sqrt(5.991 * Math.max(largest, 0)));
 }
 
 function showRobots(robots: RobotState[]): void {

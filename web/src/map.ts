@@ -1,6 +1,7 @@
 import { colourOf } from './colours';
+import { colourOfError, errorText } from './errors';
 import { add, points, set } from './svg';
-import type { Beacon, Point, RangeCircle, RobotShape, RobotState, Site } from './types';
+import type { Beacon, ErrorMap, Point, RangeCircle, RobotShape, RobotState, Site } from './types';
 
 const trailSeconds = 30;
 const trailGap = 0.03; // m between points of a trail
@@ -24,7 +25,7 @@ interface Box {
 /** The floor plan, seen from above: x to the right, y up. */
 export class FloorMap {
   private readonly svg: SVGSVGElement;
-  private readonly layers: { views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
+  private readonly layers: { errors: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
   private readonly drawn = new Map<string, Drawn>();
   private all: Box = { x: -1, y: -1, width: 2, height: 2 };
   private shown: Box = this.all;
@@ -35,6 +36,7 @@ export class FloorMap {
     // y points up on the map and down on the screen.
     const world = add(svg, 'g', { transform: 'scale(1 -1)' });
     this.layers = {
+      errors: add(world, 'g', { class: 'errors' }),
       views: add(world, 'g', { class: 'views' }),
       walls: add(world, 'g', { class: 'walls' }),
       ranges: add(world, 'g', { class: 'ranges' }),
@@ -76,6 +78,18 @@ export class FloorMap {
       };
     }
     this.fit();
+  }
+
+  /** How exactly a place on the floor would be known. */
+  setErrors(maps: ErrorMap[]): void {
+    this.layers.errors.replaceChildren();
+    this.svg.classList.toggle('with-errors', maps.length > 0);
+    for (const { cell, cells } of maps) {
+      for (const [x, y, radius] of cells) {
+        const mark = add(this.layers.errors, 'rect', { x: x - cell / 2, y: y - cell / 2, width: cell, height: cell, fill: colourOfError(radius) });
+        add(mark, 'title', {}).textContent = errorText(radius);
+      }
+    }
   }
 
   private addBeacon(beacon: Beacon): void {

@@ -2,12 +2,19 @@
 export type Point = [number, number];
 export type Segment = [number, number, number, number];
 
+/** Expected 95 % error of a fix on the floor that a camera sees: x, y, radius of each cell, m. */
+export interface ErrorMap {
+  cell: number;
+  cells: [number, number, number][];
+}
+
 export interface SiteCamera {
   id: string;
   width: number;
   height: number;
   position?: Point; // of a fixed camera
   view?: Point[];
+  errors?: ErrorMap;
   robot?: string; // of a camera that rides on this robot
 }
 

@@ -213,7 +213,7 @@ std::vector<std::optional<OdometryStep>> steps_between(const std::vector<MountFr
     std::vector<std::optional<OdometryStep>> steps(frames.size());
     std::size_t known = 0;
     for (std::size_t i = 1; i < frames.size(); ++i) {
-        steps[i] = wheels.step(frames[i - 1].time, frames[i].time);
+        if (frames[i].time > frames[i - 1].time) steps[i] = wheels.step(frames[i - 1].time, frames[i].time);
         known += steps[i].has_value();
     }
     if (2 * known < frames.size()) steps.clear();

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "roomfix/pipeline/error_map.hpp"
 #include "roomfix/pipeline/page_numbers.hpp"
 #include "roomfix/pipeline/site_runner.hpp"
 
@@ -60,6 +61,13 @@ json field_of_view(const View& view, const std::vector<Polyline>& walls) {
     return polygon;
 }
 
+json errors_json(const View& view, const std::vector<Polyline>& walls) {
+    const ErrorMap map = error_map(view, walls, farthest_view);
+    json cells = json::array();
+    for (const ErrorCell& cell : map.cells) cells.push_back({rounded(cell.centre.x(), 1e-3), rounded(cell.centre.y(), 1e-3), rounded(cell.radius, 1e-4)});
+    return {{"cell", rounded(map.cell, 1e-4)}, {"cells", cells}};
+}
+
 json shape_json(const Shape& shape) {
     if (const auto* box = std::get_if<Box>(&shape)) return {{"shape", "box"}, {"size", {box->length, box->width, box->height}}};
     const auto& cylinder = std::get<Cylinder>(shape);
@@ -82,6 +90,7 @@ std::string SiteRunner::site_json() const {
         if (post.is_fixed()) {
             camera["position"] = point(post.view().position().head<2>());
             camera["view"] = field_of_view(post.view(), site_.walls);
+            camera["errors"] = errors_json(post.view(), site_.walls);
         } else {
             camera["robot"] = site_.robots[static_cast<std::size_t>(post.robot())].id;
         }
