@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "roomfix/base/number.hpp"
+#include "roomfix/calibrate/charuco.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "terminal.hpp"
 
@@ -21,14 +22,18 @@ int give_up(const Error& error) {
     return bad_input;
 }
 
-Result<Chessboard> parse_board(const std::string& text, double square_mm) {
+Result<Chessboard> parse_board(const std::string& text, double square_mm, const std::string& dictionary, double marker_mm) {
     const auto x = text.find('x');
     const auto columns = parse_integer(text.substr(0, x)), rows = x == std::string::npos ? std::nullopt : parse_integer(text.substr(x + 1));
     constexpr int least = 3, most = 400;
     if (!columns || !rows || std::min(*columns, *rows) < least || std::max(*columns, *rows) > most) {
         return Error{fmt::format("--board {}: write its inner corners, such as 9x6 ({} to {} each)", text, least, most)};
     }
-    return Chessboard{static_cast<int>(*columns), static_cast<int>(*rows), 1e-3 * square_mm};
+    Chessboard board{static_cast<int>(*columns), static_cast<int>(*rows), 1e-3 * square_mm};
+    if (dictionary.empty()) return board;
+    board.markers = BoardMarkers{dictionary, 1e-3 * marker_mm};
+    if (auto checked = check_charuco(board); !checked) return checked.error();
+    return board;
 }
 
 Result<CameraInSite> load_camera(const std::string& site_file, const std::string& camera) {

@@ -19,8 +19,8 @@ void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
 /// Says what is wrong, and returns the exit code.
 int give_up(const Error& error);
 
-/// "9x6": a board's inner corners, across x down.
-Result<Chessboard> parse_board(const std::string& text, double square_mm);
+/// "9x6": a board's inner corners, across x down. `dictionary`: of its markers; empty: it has none.
+Result<Chessboard> parse_board(const std::string& text, double square_mm, const std::string& dictionary = "", double marker_mm = 0);
 
 /// A camera of a site file, with the site.
 struct CameraInSite {

@@ -18,6 +18,8 @@ struct Arguments {
     std::vector<std::string> pictures;
     std::string board = "9x6";
     double square_mm = 25;
+    std::string markers;
+    double marker_mm = 0;
     std::string model = "plumb_bob";
     std::string report, camera_info, from, print_board;
     std::string site, camera;
@@ -27,7 +29,7 @@ struct Arguments {
 /// Where no picture shows the board, perhaps they show one of another size.
 Result<void> check_board(const std::vector<BoardShot>& shots, const LumaImage& picture, const Chessboard& board) {
     const bool found = std::any_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
-    if (found || picture.empty()) return {};
+    if (found || picture.empty() || board.markers) return {};
     const auto other = other_board_in(picture, board);
     if (!other) return {};
     return Error{fmt::format("no board with {}x{} inner corners, but one with {}x{}: give --board {}x{}", board.columns, board.rows, other->columns,
@@ -56,7 +58,7 @@ Result<std::vector<BoardShot>> shots_of(const Arguments& arguments, const Chessb
                 return Error{fmt::format("{} is {} x {} pixels, the pictures before it are {} x {}: calibrate one resolution at a time", frame.name,
                                          frame.image.width(), frame.image.height(), width, height)};
             }
-            shots.push_back(find_chessboard(frame.image, board, frame.name));
+            shots.push_back(find_board(frame.image, board, frame.name));
             if (shots.size() != soon) continue;
             if (auto checked = check_board(shots, frame.image, board); !checked) return checked.error();
         }
@@ -99,7 +101,7 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
 }
 
 int calibrate_lens_command(const Arguments& arguments) {
-    const auto board = parse_board(arguments.board, arguments.square_mm);
+    const auto board = parse_board(arguments.board, arguments.square_mm, arguments.markers, arguments.marker_mm);
     if (!board) return give_up(board.error());
     if (!arguments.print_board.empty()) {
         if (!write_file(arguments.print_board, board_svg(*board))) return failed;
@@ -131,11 +133,13 @@ int calibrate_lens_command(const Arguments& arguments) {
 }  // namespace
 
 void add_calibrate_lens(CLI::App& calibrate, int& exit_code) {
-    auto* lens = calibrate.add_subcommand("lens", "focal length, image centre and distortion, from pictures of a chessboard");
+    auto* lens = calibrate.add_subcommand("lens", "focal length, image centre and distortion, from pictures of a chessboard or a ChArUco board");
     auto arguments = std::make_shared<Arguments>();
     lens->add_option("PICTURES", arguments->pictures, "pictures, folders or videos of the board");
     lens->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
     lens->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
+    auto* marker = lens->add_option("--marker-mm", arguments->marker_mm, "edge of a marker with its black border, mm")->check(CLI::Range(0.1, 10000.0));
+    lens->add_option("--charuco", arguments->markers, "the board has markers of this dictionary in its white squares: DICT_4X4_50, DICT_5X5_250, ...")->needs(marker);
     lens->add_option("--model", arguments->model, "kind of lens")
         ->capture_default_str()
         ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));

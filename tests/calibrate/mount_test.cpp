@@ -105,6 +105,9 @@ TEST(CalibrateMount, SaysWhatIsMissing) {
     ASSERT_FALSE(quarter);
     EXPECT_NE(quarter.error().message.find("full turn"), std::string::npos);
     EXPECT_FALSE(calibrate_mount(level(), {}));
+    const auto driven = calibrate_mount(level(), seen_drive(level(), 0.02, 5).frames);
+    ASSERT_FALSE(driven) << "without its wheels a drive cannot be used";
+    EXPECT_NE(driven.error().message.find("odometry"), std::string::npos);
     auto still = seen_turn(level(), 0.01, 40, 0.02, 0, random);
     OdometryTrack wheels;
     for (std::size_t i = 0; i < still.size(); ++i) {

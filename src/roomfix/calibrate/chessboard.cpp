@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/calibrate/charuco.hpp"
 #include "roomfix/calibrate/saddle.hpp"
 
 namespace roomfix {
@@ -47,15 +49,30 @@ bool detect(LumaView picture, const Chessboard& board, std::vector<cv::Point2f>&
                                      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
 }
 
-/// Root mean square distance between the corners of two shots; a board that was turned half around counts as the same.
-double distance(const BoardShot& a, const BoardShot& b) {
-    double same = 0, turned = 0;
-    const std::size_t count = a.corners.size();
-    for (std::size_t i = 0; i < count; ++i) {
-        same += (a.corners[i] - b.corners[i]).squaredNorm();
-        turned += (a.corners[i] - b.corners[count - 1 - i]).squaredNorm();
+/// Root mean square distance between the corners that two shots share, or a large one where they share few; a board that was turned half
+/// around counts as the same.
+double distance(const BoardShot& a, const BoardShot& b, const Chessboard& board) {
+    const auto pixels = [&](const BoardShot& shot, bool turned) {
+        std::map<int, Eigen::Vector2d> by_number;
+        for (std::size_t i = 0; i < shot.corners.size(); ++i) {
+            by_number[turned ? board.corners() - 1 - shot.number(i) : shot.number(i)] = shot.corners[i];
+        }
+        return by_number;
+    };
+    const auto own = pixels(a, false);
+    double least = 1e300;
+    for (const bool turned : {false, true}) {
+        double squares = 0;
+        std::size_t shared = 0;
+        for (const auto& [number, pixel] : pixels(b, turned)) {
+            const auto same = own.find(number);
+            if (same == own.end()) continue;
+            squares += (same->second - pixel).squaredNorm();
+            ++shared;
+        }
+        if (10 * shared >= 9 * std::min(a.corners.size(), b.corners.size())) least = std::min(least, std::sqrt(squares / static_cast<double>(shared)));
     }
-    return std::sqrt(std::min(same, turned) / static_cast<double>(count));
+    return least;
 }
 
 /// Each corner again from all pixels around it, within the squares.
@@ -85,6 +102,10 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
+BoardShot find_board(LumaView picture, const Chessboard& board, const std::string& name) {
+    return board.markers ? find_charuco(picture, board, name) : find_chessboard(picture, board, name);
+}
+
 BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::string& name) {
     BoardShot shot;
     shot.name = name;
@@ -103,7 +124,7 @@ BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::
     return shot;
 }
 
-void refuse_poor_shots(std::vector<BoardShot>& shots, double diagonal) {
+void refuse_poor_shots(std::vector<BoardShot>& shots, const Chessboard& board, double diagonal) {
     std::vector<double> widths;
     for (const BoardShot& s : shots) {
         if (s.refused.empty()) widths.push_back(s.edge_width);
@@ -124,7 +145,7 @@ void refuse_poor_shots(std::vector<BoardShot>& shots, double diagonal) {
     std::stable_sort(sharpest.begin(), sharpest.end(), [](const BoardShot* a, const BoardShot* b) { return a->edge_width < b->edge_width; });
     std::vector<const BoardShot*> kept;
     for (BoardShot* s : sharpest) {
-        const auto like = std::find_if(kept.begin(), kept.end(), [&](const BoardShot* k) { return distance(*k, *s) < same_place * diagonal; });
+        const auto like = std::find_if(kept.begin(), kept.end(), [&](const BoardShot* k) { return distance(*k, *s, board) < same_place * diagonal; });
         if (like != kept.end()) {
             s->refused = fmt::format("shows the board where {} does", (*like)->name);
         } else {
@@ -158,6 +179,22 @@ std::string board_svg(const Chessboard& board) {
                                    number_text(square), number_text(square));
         }
     }
+    if (board.markers) {
+        for (const BoardMarker& marker : markers_of(board)) {
+            const double side = 1e3 * board.markers->size, gap = (square - side) / 2;
+            const auto bits = marker_bits(board, marker.number);
+            const double bit = side / static_cast<double>(bits.size());
+            const double x0 = margin + marker.column * square + gap, y0 = margin + marker.row * square + gap;
+            squares += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n", number_text(x0), number_text(y0), number_text(side), number_text(side));
+            for (std::size_t r = 0; r < bits.size(); ++r) {
+                for (std::size_t c = 0; c < bits.size(); ++c) {
+                    if (!bits[r][c]) continue;
+                    squares += fmt::format("<rect x=\"{:.4f}\" y=\"{:.4f}\" width=\"{:.4f}\" height=\"{:.4f}\" fill=\"white\"/>\n",
+                                           x0 + bit * static_cast<double>(c), y0 + bit * static_cast<double>(r), bit, bit);
+                }
+            }
+        }
+    }
     const double ruler_y = height - 11;
     std::string ruler = fmt::format("<path d=\"M{} {}h100\" stroke=\"black\" stroke-width=\"0.3\"/>", number_text(margin), number_text(ruler_y));
     for (int mm = 0; mm <= 100; mm += 5) {
@@ -169,10 +206,10 @@ std::string board_svg(const Chessboard& board) {
     return fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"3.2\">\n"
         "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n{2}{3}\n"
-        "<text x=\"{4}\" y=\"{5}\">{6} x {7} inner corners, squares of {8} mm. Print at 100 %: the ruler must measure 100 mm. If it does not, measure ten "
+        "<text x=\"{4}\" y=\"{5}\">{6} x {7} inner corners, squares of {8} mm{9}. Print at 100 %: the ruler must measure 100 mm. If it does not, measure ten "
         "squares and give their size.</text>\n</svg>\n",
         number_text(width), number_text(height), squares, ruler, number_text(margin), number_text(height - 2.5), board.columns, board.rows,
-        number_text(square));
+        number_text(square), board.markers ? fmt::format(", {} of {} mm", board.markers->dictionary, number_text(1e3 * board.markers->size)) : "");
 }
 
 }  // namespace roomfix

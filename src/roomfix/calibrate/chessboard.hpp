@@ -6,15 +6,23 @@
 #include <string>
 #include <vector>
 
+#include "roomfix/base/result.hpp"
 #include "roomfix/imaging/luma.hpp"
 
 namespace roomfix {
+
+/// Markers in the white squares of a ChArUco board.
+struct BoardMarkers {
+    std::string dictionary;  // as OpenCV names it: DICT_5X5_250, ...
+    double size = 0;         // m, edge of a marker with its black border
+};
 
 /// A printed chessboard, counted by its inner corners: where four squares meet.
 struct Chessboard {
     int columns = 9;
     int rows = 6;
     double square = 0.025;  // m, edge of a square
+    std::optional<BoardMarkers> markers = {};
 
     int corners() const { return columns * rows; }
     /// Place of a corner on the board, m; corners are numbered row by row.
@@ -28,14 +36,19 @@ struct BoardShot {
     double edge_width = 0;                 // px over which the squares' edges rise from 10 to 90 %
     double square_pixels = 0;              // px, edge of a square in the picture, on average
     std::string refused;                   // why the picture is not used; empty: it is
+    std::vector<int> numbers = {};         // of each corner on the board; empty: all of them are there
+
+    int number(std::size_t corner) const { return numbers.empty() ? static_cast<int>(corner) : numbers[corner]; }
 };
 
-/// Looks for a board; corners are refined to subpixels in a window that stays within the squares around.
+/// Looks for a board with or without markers.
+BoardShot find_board(LumaView picture, const Chessboard& board, const std::string& name);
+/// Looks for a board without markers, all of it; corners are refined to subpixels in a window that stays within the squares around.
 BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::string& name);
 
 /// Refuses shots without a board, blurred ones (edges wider than `sharpest` times the median, or too wide for the squares), and those
 /// that show the board where a better shot does already. `diagonal`: of the picture, px.
-void refuse_poor_shots(std::vector<BoardShot>& shots, double diagonal);
+void refuse_poor_shots(std::vector<BoardShot>& shots, const Chessboard& board, double diagonal);
 
 /// A board of another size that a picture shows, where the one that was looked for is not there.
 std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& board);

@@ -27,8 +27,8 @@ struct ShotFit {
 
 std::optional<ShotFit> linearise(const CameraModel& model, const Eigen::Isometry3d& camera_from_board, const BoardShot& shot, const Chessboard& board) {
     ShotFit fit;
-    for (int i = 0; i < board.corners(); ++i) {
-        const Eigen::Vector2d on_board = board.corner(i);
+    for (std::size_t i = 0; i < shot.corners.size(); ++i) {
+        const Eigen::Vector2d on_board = board.corner(shot.number(i));
         const Eigen::Vector3d turned = camera_from_board.linear() * Eigen::Vector3d(on_board.x(), on_board.y(), 0);
         ProjectionJacobian by_point;
         IntrinsicsJacobian k;
@@ -36,7 +36,7 @@ std::optional<ShotFit> linearise(const CameraModel& model, const Eigen::Isometry
         if (!pixel) return std::nullopt;
         Eigen::Matrix<double, 2, 6> j;
         j << by_point, -by_point * skew(turned);
-        const Eigen::Vector2d r = shot.corners[static_cast<std::size_t>(i)] - *pixel;
+        const Eigen::Vector2d r = shot.corners[i] - *pixel;
         fit.by_pose += j.transpose() * j;
         fit.by_intrinsics += k.transpose() * k;
         fit.mixed += j.transpose() * k;
@@ -166,8 +166,9 @@ int LensCalibration::used() const {
 }
 
 Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, int height, const Chessboard& board, const LensSettings& settings) {
-    refuse_poor_shots(shots, std::hypot(width, height));
+    refuse_poor_shots(shots, board, std::hypot(width, height));
     const bool none = std::none_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
+    if (none && board.markers) return Error{"no picture shows the board:" + refusals(shots)};
     if (none) return Error{fmt::format("no picture shows a board with {} x {} inner corners: count where four squares meet", board.columns, board.rows)};
     LensCalibration result;
     LensSolution solution;
@@ -195,7 +196,8 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     }
     const std::vector<const BoardShot*> all(used.begin(), used.end());
     const int count = solution.model.intrinsics_count();
-    const double measured = 2.0 * board.corners() * static_cast<double>(all.size());
+    double measured = 0;
+    for (const BoardShot* shot : all) measured += 2 * static_cast<double>(shot->corners.size());
     const double freedom = measured - 6.0 * static_cast<double>(all.size()) - count;
     if (freedom < 1) return Error{"too few corners for so many unknowns: take more shots, or a board with more squares"};
     result.model = solution.model;
@@ -213,7 +215,7 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     for (const BoardShot& s : shots) {
         const bool good = s.refused.empty();
         const ShotFit* own = good ? &fit->shots[next] : nullptr;
-        result.shot_rms.push_back(good ? std::sqrt(own->squares / board.corners()) : 0);
+        result.shot_rms.push_back(good ? std::sqrt(own->squares / static_cast<double>(own->residuals.size())) : 0);
         result.residuals.push_back(good ? own->residuals : std::vector<Eigen::Vector2d>{});
         result.camera_from_board.push_back(good ? solution.camera_from_board[next] : Eigen::Isometry3d::Identity());
         next += good;

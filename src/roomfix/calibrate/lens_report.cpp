@@ -40,10 +40,12 @@ std::string coverage_picture(const LensCalibration& lens, const Chessboard& boar
     for (const BoardShot& shot : lens.shots) {
         if (shot.corners.empty()) continue;
         const bool good = shot.refused.empty();
-        const auto at = [&](int i) { return shot.corners[static_cast<std::size_t>(i)]; };
-        const Eigen::Vector2d a = at(0), b = at(board.columns - 1), c = at(board.corners() - 1), d = at(board.corners() - board.columns);
-        dots += fmt::format("<polygon points=\"{:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.5\"/>",
-                            a.x(), a.y(), b.x(), b.y(), c.x(), c.y(), d.x(), d.y(), good ? "#1f6fb2" : "#b3323f");
+        if (shot.numbers.empty()) {  // the whole board
+            const auto at = [&](int i) { return shot.corners[static_cast<std::size_t>(i)]; };
+            const Eigen::Vector2d a = at(0), b = at(board.columns - 1), c = at(board.corners() - 1), d = at(board.corners() - board.columns);
+            dots += fmt::format("<polygon points=\"{:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.5\"/>",
+                                a.x(), a.y(), b.x(), b.y(), c.x(), c.y(), d.x(), d.y(), good ? "#1f6fb2" : "#b3323f");
+        }
         if (!good) continue;
         for (const Eigen::Vector2d& p : shot.corners)
             dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"#1f6fb2\"/>", p.x(), p.y(), 0.003 * lens.model.width);

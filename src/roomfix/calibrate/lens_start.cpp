@@ -28,8 +28,8 @@ LensSolution solve_plumb_bob(const std::vector<const BoardShot*>& used, int widt
     for (const BoardShot* shot : used) {
         places.emplace_back();
         pixels.emplace_back();
-        for (int i = 0; i < board.corners(); ++i) {
-            const Eigen::Vector2f at = board.corner(i).cast<float>(), pixel = shot->corners[static_cast<std::size_t>(i)].cast<float>();
+        for (std::size_t i = 0; i < shot->corners.size(); ++i) {
+            const Eigen::Vector2f at = board.corner(shot->number(i)).cast<float>(), pixel = shot->corners[i].cast<float>();
             places.back().emplace_back(at.x(), at.y(), 0.F);
             pixels.back().emplace_back(pixel.x(), pixel.y());
         }
@@ -47,18 +47,19 @@ LensSolution solve_plumb_bob(const std::vector<const BoardShot*>& used, int widt
     return solution;
 }
 
-/// A board's pose from rays through its corners, seen by a camera that is turned towards it; in `rms` how well that fits (rad).
-std::optional<Eigen::Isometry3d> pose_from_rays(const std::vector<Eigen::Vector3d>& rays, const Chessboard& board, double& rms) {
+/// A board's pose from rays through a shot's corners, seen by a camera that is turned towards it; in `rms` how well that fits (rad).
+std::optional<Eigen::Isometry3d> pose_from_rays(const std::vector<Eigen::Vector3d>& rays, const BoardShot& shot, const Chessboard& board, double& rms) {
     constexpr double focal = 1000;  // px of a camera that is only imagined
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& ray : rays) middle += ray;
     const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(middle, Eigen::Vector3d::UnitZ());
     std::vector<FloorPoint> points;
-    for (int i = 0; i < board.corners(); ++i) {
-        const Eigen::Vector3d ray = turn * rays[static_cast<std::size_t>(i)];
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Eigen::Vector3d ray = turn * rays[i];
         if (!(ray.z() > 0)) return std::nullopt;
+        const Eigen::Vector2d at = board.corner(shot.number(i));
         // The board is a floor seen from above: its y runs up there.
-        points.push_back({focal * ray.head<2>() / ray.z(), {board.corner(i).x(), -board.corner(i).y()}});
+        points.push_back({focal * ray.head<2>() / ray.z(), {at.x(), -at.y()}});
     }
     const auto pose = camera_pose_from_floor_points(make_camera_model(1, 1, focal, focal, 0, 0), points, 1);
     if (!pose) return std::nullopt;
@@ -82,7 +83,7 @@ std::optional<LensSolution> start_equidistant(const std::vector<const BoardShot*
                 if (const auto ray = unproject(tried.model, corner)) rays.push_back(ray->homogeneous().normalized());
             }
             double rms = 0;
-            const auto pose = static_cast<int>(rays.size()) == board.corners() ? pose_from_rays(rays, board, rms) : std::nullopt;
+            const auto pose = rays.size() == shot->corners.size() ? pose_from_rays(rays, *shot, board, rms) : std::nullopt;
             if (!pose) break;
             tried.camera_from_board.push_back(*pose);
             squares += focal * rms * focal * rms;

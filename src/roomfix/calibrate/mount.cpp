@@ -17,6 +17,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 /// The unknowns' places in the normal equations: the mount (6), two that all frames share (the spot's centre, or the wheels' scale and
 /// drift), then each frame's pose (3).
 constexpr Eigen::Index first_shared = 6, first_frame = 8;
+constexpr double most_wobble = 0.05;  // m: a robot that leaves its spot farther does not turn on it
 constexpr Eigen::Index of_frame(std::size_t frame) { return first_frame + 3 * static_cast<Eigen::Index>(frame); }
 
 /// Normal equations of everything.
@@ -178,11 +179,14 @@ Result<Equations> solve(State& state, const Eigen::Isometry3d& start, const Moun
         const double change = move(state, d);
         bool settled = true;
         if (!state.with_wheels()) {
-            const double seen = std::clamp(rms_from_centre(state), 2e-4, 0.05);
+            const double seen = std::clamp(rms_from_centre(state), 2e-4, most_wobble);
             settled = std::abs(seen - state.spot_sigma) < 0.02 * state.spot_sigma;
             state.spot_sigma = seen;
         }
         if (change < 1e-9 && settled) break;
+    }
+    if (!state.with_wheels() && state.spot_sigma >= most_wobble) {
+        return Error{"the robot did not keep to one spot: let it turn on the spot, or record its odometry, too"};
     }
     auto equations = equations_of(state, start, settings);
     if (!equations) return lost;

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <numbers>
 
+#include "roomfix/calibrate/charuco.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
-#include "roomfix/simulate/plane_picture.hpp"
 
 namespace roomfix {
 namespace {
@@ -33,10 +34,32 @@ std::optional<MountFrame> seen_from(const CameraOnRobot& truth, const Pose2& pos
 
 }  // namespace
 
+FlatPattern pattern_of(const Chessboard& board, bool old_layout) {
+    const FlatPattern squares = chessboard_pattern(board.columns, board.rows, board.square);
+    if (!board.markers) return squares;
+    constexpr float black = 0.08F, white = 0.9F;
+    std::map<std::pair<int, int>, std::vector<std::vector<bool>>> bits;
+    for (const BoardMarker& marker : markers_of(board, old_layout)) bits[{marker.column, marker.row}] = marker_bits(board, marker.number);
+    const bool lower_left_black = old_layout && board.rows % 2 == 1;  // the upper left square is white then
+    return [=](const Eigen::Vector2d& p) {
+        const Eigen::Vector2d at(p.x() / board.square + 1, p.y() / board.square + 1);  // squares
+        // Moved by a square along the board, black and white change places.
+        const bool on_board = at.x() >= 0 && at.y() >= 0 && at.x() <= board.columns + 1 && at.y() <= board.rows + 1;
+        if (!on_board) return squares(p);
+        const auto marker = bits.find({static_cast<int>(at.x()), static_cast<int>(at.y())});
+        if (marker == bits.end()) return (static_cast<int>(at.x()) + static_cast<int>(at.y())) % 2 == (lower_left_black ? 1 : 0) ? black : white;
+        const double side = board.markers->size / board.square, gap = (1 - side) / 2;
+        const Eigen::Vector2d own = (at - at.array().floor().matrix() - Eigen::Vector2d(gap, gap)) / side;
+        if (own.minCoeff() < 0 || own.maxCoeff() >= 1) return white;
+        const auto count = static_cast<double>(marker->second.size());
+        return marker->second[static_cast<std::size_t>(own.y() * count)][static_cast<std::size_t>(own.x() * count)] ? white : black;
+    };
+}
+
 Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots) {
     Random random(seed * 6151 + 17);
     PlanePictures pictures(truth, sensor, seed);
-    const FlatPattern pattern = chessboard_pattern(printed_board.columns, printed_board.rows, printed_board.square);
+    const FlatPattern pattern = pattern_of(printed_board);
     const Eigen::Vector2d size = printed_board.corner(printed_board.corners() - 1);
     std::vector<BoardShot> seen;
     LumaImage picture;

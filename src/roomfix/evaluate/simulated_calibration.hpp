@@ -6,12 +6,16 @@
 
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/calibrate/mount.hpp"
+#include "roomfix/simulate/plane_picture.hpp"
 #include "roomfix/simulate/scenario.hpp"
 
 namespace roomfix {
 
 /// Pictures of the board, if nobody says how many.
 constexpr int usual_board_shots = 60;
+
+/// A printed board, with its markers if it has some. Its first inner corner is at (0, 0).
+FlatPattern pattern_of(const Chessboard& board, bool old_layout = false);
 
 /// The lens from rendered pictures of a printed board that is shown to the camera.
 Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots);
