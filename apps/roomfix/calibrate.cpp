@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "commands.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/calibrate/charuco.hpp"
+#include "roomfix/calibrate/lens.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "terminal.hpp"
 
@@ -49,6 +51,18 @@ void add_write_options(CLI::App& command, WriteOptions& options) {
     command.add_flag("--force", options.force, "write it even if the site file has a better one");
 }
 
+Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const IntrinsicsMatrix& covariance) {
+    Quality quality{.what = "px expected error over the picture"};
+    const auto rms = [](const CameraModel& of, const IntrinsicsMatrix& known) {
+        const Eigen::VectorXd errors = predicted_error(of, known, spread_pixels(of));
+        return std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size()));
+    };
+    if (!camera.intrinsics_covariance.isZero(0)) quality.before = rms(camera.model, camera.intrinsics_covariance);
+    // A calibration without a covariance cannot be the better one.
+    quality.now = covariance.isZero(0) ? 1e9 : rms(model, covariance);
+    return quality;
+}
+
 int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
                   const WriteOptions& options) {
     if (!options.write) {
@@ -76,6 +90,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("calibrate", "measures what a site file should say");
     command->require_subcommand(1);
     add_calibrate_lens(*command, exit_code);
+    add_calibrate_lines(*command, exit_code);
     add_calibrate_floor(*command, exit_code);
     add_calibrate_grid(*command, exit_code);
     add_calibrate_mount(*command, exit_code);

@@ -12,6 +12,7 @@
 namespace roomfix {
 
 void add_calibrate_lens(CLI::App& calibrate, int& exit_code);
+void add_calibrate_lines(CLI::App& calibrate, int& exit_code);
 void add_calibrate_floor(CLI::App& calibrate, int& exit_code);
 void add_calibrate_grid(CLI::App& calibrate, int& exit_code);
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
@@ -42,6 +43,9 @@ struct Quality {
     double before = 0, now = 0;
     std::string what;  // such as "px over the picture"
 };
+
+/// How much better a lens is known than the one that the site has for the camera.
+Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const IntrinsicsMatrix& covariance);
 
 /// Puts values into the site file, or prints them where that was not asked for. Refuses to replace a better calibration by a worse one
 /// without --force. Returns the exit code.

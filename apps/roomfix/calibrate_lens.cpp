@@ -88,11 +88,7 @@ int give_to_site(const Arguments& arguments, const CameraModel& found, const Int
             say(fmt::format("scaled from {} x {} to the camera's {} x {} pixels", model.width, model.height, scaled->width, scaled->height));
             model = *scaled;
         }
-        const auto everywhere = spread_pixels(model);
-        const auto rms = [](const Eigen::VectorXd& errors) { return std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size())); };
-        if (!camera->intrinsics_covariance.isZero(0)) quality.before = rms(predicted_error(camera->model, camera->intrinsics_covariance, everywhere));
-        // A calibration without a covariance cannot be the better one.
-        quality.now = known.isZero(0) ? 1e9 : rms(predicted_error(model, known, everywhere));
+        quality = lens_quality(*camera, model, known);
     }
     const std::string kind = model.kind == Distortion::plumb_bob ? "" : name_of(model.kind);
     return write_or_show(arguments.site, arguments.camera,

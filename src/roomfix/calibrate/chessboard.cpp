@@ -203,13 +203,15 @@ std::string board_svg(const Chessboard& board) {
         if (mm % 20 == 0)
             ruler += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", number_text(margin + mm), number_text(ruler_y + 4), mm);
     }
+    const std::string what =
+        fmt::format("{} x {} inner corners, squares of {:g} mm{}", board.columns, board.rows, square,
+                    board.markers ? fmt::format(", markers {} of {:g} mm", board.markers->dictionary, 1e3 * board.markers->size) : "");
     return fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"3.2\">\n"
-        "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n{2}{3}\n"
-        "<text x=\"{4}\" y=\"{5}\">{6} x {7} inner corners, squares of {8} mm{9}. Print at 100 %: the ruler must measure 100 mm. If it does not, measure ten "
-        "squares and give their size.</text>\n</svg>\n",
-        number_text(width), number_text(height), squares, ruler, number_text(margin), number_text(height - 2.5), board.columns, board.rows,
-        number_text(square), board.markers ? fmt::format(", {} of {} mm", board.markers->dictionary, number_text(1e3 * board.markers->size)) : "");
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"3.2\" "
+        "shape-rendering=\"crispEdges\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n{2}{3}\n<text x=\"{4}\" y=\"{5}\">{6}</text>\n"
+        "<text x=\"{7}\" y=\"{8}\">Print at 100 %: the ruler must measure 100 mm. If it does not, measure ten squares and give their size.</text>\n</svg>\n",
+        number_text(width), number_text(height), squares, ruler, number_text(margin + 106), number_text(ruler_y), what, number_text(margin),
+        number_text(height - 2.5));
 }
 
 }  // namespace roomfix

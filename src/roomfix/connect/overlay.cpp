@@ -131,6 +131,30 @@ Result<void> save_floor_overlay(const std::filesystem::path& file, LumaView fram
     return not_written(file);
 }
 
+Result<void> save_edges_overlay(const std::filesystem::path& file, LumaView frame, const std::vector<std::vector<Eigen::Vector2d>>& straight,
+                                const std::vector<std::vector<Eigen::Vector2d>>& others) {
+    try {
+        const int zoom = frame.width < 1000 ? 2 : 1;
+        cv::Mat large = in_colour(frame);
+        cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
+        const auto draw = [&](const std::vector<std::vector<Eigen::Vector2d>>& edges, const cv::Scalar& colour) {
+            for (const auto& edge : edges) {
+                std::vector<cv::Point> line;
+                for (const Eigen::Vector2d& p : edge) {
+                    line.emplace_back(static_cast<int>(16 * ((p.x() + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((p.y() + 0.5) * zoom - 0.5)));
+                }
+                cv::polylines(large, line, false, colour, 2, cv::LINE_AA, 4);
+            }
+        };
+        draw(others, lamp_colour);
+        draw(straight, outline_colour);
+        write_caption(large, "green: edges that the calibration makes straight; red: left out");
+        if (cv::imwrite(file.string(), large)) return {};
+    } catch (const cv::Exception&) {
+    }
+    return not_written(file);
+}
+
 Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom) {
     try {
         cv::Mat large = in_colour(frame);

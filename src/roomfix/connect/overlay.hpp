@@ -32,6 +32,10 @@ Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, con
 /// axes are, if in sight.
 Result<void> save_floor_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<Eigen::Vector2d>& seen);
 
+/// Writes the frame with edges that were followed through it, those that are believed to be straight in truth and others, px.
+Result<void> save_edges_overlay(const std::filesystem::path& file, LumaView frame, const std::vector<std::vector<Eigen::Vector2d>>& straight,
+                                const std::vector<std::vector<Eigen::Vector2d>>& others);
+
 /// What a camera that looks up saw: landmarks with their names, spots that are none, lamps.
 struct CeilingOverlay {
     std::vector<LandmarkObservation> landmarks;

@@ -1,0 +1,96 @@
+#include "roomfix/calibrate/plumb_line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "roomfix/simulate/room_shots.hpp"
+
+namespace roomfix {
+namespace {
+
+std::vector<LongEdge> edges_seen(const CameraModel& camera, int pictures, std::uint64_t seed) {
+    RoomRenderer renderer(camera, room_sensor(), {}, seed);
+    Random random(seed);
+    std::vector<LongEdge> edges;
+    LumaImage picture;
+    for (int i = 0; i < pictures; ++i) {
+        const RoomShot shot = cluttered_shot(random);
+        renderer.render(shot.scene, shot.map_from_camera, shot.light, static_cast<std::uint64_t>(i), picture);
+        for (LongEdge& edge : long_edges(picture)) edges.push_back(std::move(edge));
+    }
+    return edges;
+}
+
+/// Largest distance (px) over the picture between where two lenses image the same ray, once the camera was turned to make up for the rest.
+double apart(const CameraModel& a, const CameraModel& b) {
+    double worst = 0;
+    for (double v = 10; v < a.height; v += 20) {
+        for (double u = 10; u < a.width; u += 20) {
+            const auto ray = unproject(a, {u, v});
+            const auto other = ray ? project(b, ray->homogeneous()) : std::nullopt;
+            if (other) worst = std::max(worst, (*other - Eigen::Vector2d(u, v) - Eigen::Vector2d(b.cx - a.cx, b.cy - a.cy)).norm());
+        }
+    }
+    return worst;
+}
+
+TEST(PlumbLine, FindsALensInPicturesOfFurnishedRooms) {
+    const CameraModel start = make_camera_model(640, 480, 420, 420, 319.5, 239.5);
+    double chi = 0;
+    for (const double k1 : {-0.28, -0.12}) {
+        const CameraModel truth = make_camera_model(640, 480, 420, 420, 325, 236, {k1, 0.07, 0.0003, -0.0003, 0});
+        const auto found = straighten(edges_seen(truth, 8, 71), start);
+        ASSERT_TRUE(found) << found.error().message;
+        EXPECT_LT(found->rms, 0.2);
+        EXPECT_GT(found->used, 30);
+        EXPECT_LT(apart(truth, found->model), 0.1 * apart(truth, make_camera_model(640, 480, 420, 420, 325, 236)));
+        for (const int i : {2, 3, 4, 5}) chi += std::pow(found->model.intrinsics()[i] - truth.intrinsics()[i], 2) / found->covariance(i, i);
+    }
+    EXPECT_LT(chi / 8, 5) << "errors are about as large as stated";
+}
+
+TEST(PlumbLine, EdgesThatAreBentInTruthAreLeftOut) {
+    const CameraModel truth = make_camera_model(640, 480, 420, 420, 325, 236, {-0.2, 0.06, 0, 0, 0});
+    auto edges = edges_seen(truth, 8, 72);
+    const std::size_t honest = edges.size();
+    for (int i = 0; i < 6; ++i) {  // arches
+        LongEdge arch;
+        for (double x = 0; x < 200; x += 1.5) arch.points.emplace_back(150.0 + x + 10 * i, 100 + 40 * i + 12 * std::pow(x / 100 - 1, 2));
+        edges.push_back(arch);
+    }
+    const auto found = straighten(edges, make_camera_model(640, 480, 420, 420, 319.5, 239.5));
+    ASSERT_TRUE(found) << found.error().message;
+    for (std::size_t i = honest; i < edges.size(); ++i) EXPECT_FALSE(found->edges[i].used);
+    EXPECT_NEAR(found->model.distortion[0], -0.2, 5 * std::sqrt(found->covariance(4, 4)));
+}
+
+TEST(PlumbLine, SaysWhatIsMissing) {
+    const CameraModel start = make_camera_model(640, 480, 420, 420, 319.5, 239.5);
+    EXPECT_NE(straighten({}, start).error().message.find("0 long edges"), std::string::npos);
+    std::vector<LongEdge> middle;  // all through the middle: they are straight for any lens
+    for (int i = 0; i < 20; ++i) {
+        LongEdge edge;
+        const Eigen::Vector2d along(std::cos(0.15 * i), std::sin(0.15 * i));
+        for (double x = -60; x < 60; x += 1.5) edge.points.emplace_back(Eigen::Vector2d(319.5, 239.5) + x * along + 0.05 * std::sin(37 * x + i) * Eigen::Vector2d(-along.y(), along.x()));
+        middle.push_back(edge);
+    }
+    const auto unknown = straighten(middle, start);
+    ASSERT_FALSE(unknown);
+    EXPECT_NE(unknown.error().message.find("border"), std::string::npos) << unknown.error().message;
+    EXPECT_TRUE(long_edges(LumaView{}).empty());
+}
+
+TEST(PlumbLine, GrowsWithTheFocalLengthsError) {
+    PlumbLine found;
+    found.model = make_camera_model(640, 480, 400, 400, 320, 240, {-0.2, 0.05, 0, 0, 0});
+    IntrinsicsMatrix known = IntrinsicsMatrix::Zero();
+    known.topLeftCorner<2, 2>().setConstant(16);  // 1 %, both alike
+    const IntrinsicsMatrix all = covariance_with_focal(found, known);
+    EXPECT_NEAR(std::sqrt(all(4, 4)), 0.2 * 0.02, 1e-12) << "k1 goes with the square";
+    EXPECT_NEAR(std::sqrt(all(5, 5)), 0.05 * 0.04, 1e-12);
+}
+
+}  // namespace
+}  // namespace roomfix
