@@ -10,10 +10,12 @@
 
 #include "roomfix/base/random.hpp"
 #include "roomfix/calibrate/lens.hpp"
+#include "roomfix/calibrate/plumb_line.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
 #include "roomfix/simulate/plane_picture.hpp"
+#include "roomfix/simulate/room_shots.hpp"
 
 namespace {
 
@@ -187,6 +189,33 @@ void measure_mount(bool drives, int runs) {
                drives ? "drive" : "turn on the spot", good, runs, coverage.percent(), nees / good, drives ? 6 : 5);
 }
 
+/// A lens from the straight edges of six furnished rooms.
+void measure_lines(int runs) {
+    Random random(9);
+    Coverage coverage;
+    int failed = 0;
+    for (int run = 0; run < runs; ++run) {
+        const CameraModel truth =
+            make_camera_model(640, 480, 420, 420, random.uniform(310, 330), random.uniform(230, 250),
+                              {random.uniform(-0.3, -0.05), random.uniform(0.04, 0.12), random.normal(3e-4), random.normal(3e-4), 0});
+        RoomRenderer renderer(truth, room_sensor(), {}, static_cast<std::uint64_t>(run));
+        std::vector<LongEdge> edges;
+        LumaImage picture;
+        for (std::uint64_t i = 0; i < 6; ++i) {
+            const RoomShot shot = cluttered_shot(random);
+            renderer.render(shot.scene, shot.map_from_camera, shot.light, i, picture);
+            for (LongEdge& edge : long_edges(picture)) edges.push_back(std::move(edge));
+        }
+        const auto found = straighten(std::move(edges), make_camera_model(640, 480, 420, 420, 319.5, 239.5));
+        if (!found) {
+            ++failed;
+            continue;
+        }
+        for (const int i : {2, 3, 4, 5}) coverage.add(found->model.intrinsics()[i] - truth.intrinsics()[i], std::sqrt(found->covariance(i, i)));
+    }
+    fmt::print("lens from straight edges: {} runs, {:.1f} % of cx, cy, k1, k2 inside their 95 % intervals; {} failed\n", runs, coverage.percent(), failed);
+}
+
 }  // namespace
 
 int main() {
@@ -194,6 +223,7 @@ int main() {
     for (const Distortion kind : {Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant}) measure_lens(kind, false, 200);
     measure_floor(false, 200);
     measure_floor(true, 200);
+    measure_lines(60);
     measure_mount(false, 200);
     measure_mount(true, 200);
     for (const Distortion kind : {Distortion::plumb_bob, Distortion::equidistant}) measure_lens(kind, true, 40);

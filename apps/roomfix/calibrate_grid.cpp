@@ -17,7 +17,7 @@ namespace {
 struct Arguments {
     std::string picture, output, corrected, site, camera;
     std::string board = "21x15";
-    double square_mm = 30, distance = 1;
+    double square_mm = 30, distance = 1, distance_sigma = 0.005, centre_sigma = 5;
     std::vector<double> centre, wall;
     WriteOptions write;
 };
@@ -52,7 +52,7 @@ int calibrate_grid_command(const Arguments& arguments) {
     const double focal = *focal_length(ideal->spacing, arguments.distance, board.square);
     double moved = 0;
     for (std::size_t i = 0; i < shot.corners.size(); ++i) moved = std::max(moved, (shot.corners[i] - ideal->points[i]).norm());
-    fmt::print("focal length: {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal, ideal->spacing, arguments.square_mm,
+    fmt::print("focal length: {:.2f} +- {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal, focal * arguments.distance_sigma / arguments.distance, ideal->spacing, arguments.square_mm,
                arguments.distance);
     fmt::print("grid: {} points, moved by up to {:.1f} px\n", shot.corners.size(), moved);
     if (!write_file(arguments.output, lens_grid_text(*grid))) return failed;
@@ -62,15 +62,19 @@ int calibrate_grid_command(const Arguments& arguments) {
         if (auto saved = save_luma(arguments.corrected, corrected); !saved) return give_up(saved.error());
     }
     const CameraModel model = make_camera_model(picture->width(), picture->height(), focal, focal, centre->x(), centre->y());
+    const IntrinsicsMatrix covariance = published_covariance(focal, arguments.distance, arguments.distance_sigma, arguments.centre_sigma);
     std::string file = arguments.output;
+    Quality quality{.what = "px expected error over the picture"};
     if (!arguments.site.empty()) {
-        if (const auto known = load_camera(arguments.site, arguments.camera); !known) return give_up(known.error());
+        const auto known = load_camera(arguments.site, arguments.camera);
+        if (!known) return give_up(known.error());
+        quality = lens_quality(known->camera, model, covariance);
         file = std::filesystem::relative(arguments.output, std::filesystem::path(arguments.site).parent_path()).string();
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
     return write_or_show(arguments.site, arguments.camera,
-                         {{"intrinsics", intrinsics_text(model, IntrinsicsMatrix::Zero())}, {"distortion_model", ""}, {"distortion", ""}, {"lens_grid", file}},
-                         {}, arguments.write);
+                         {{"intrinsics", intrinsics_text(model, covariance)}, {"distortion_model", ""}, {"distortion", ""}, {"lens_grid", file}},
+                         quality, arguments.write);
 }
 
 }  // namespace
@@ -82,6 +86,10 @@ void add_calibrate_grid(CLI::App& calibrate, int& exit_code) {
     grid->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
     grid->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
     grid->add_option("--distance", arguments->distance, "m, from the lens to the board")->required()->check(CLI::Range(0.01, 1000.0));
+    grid->add_option("--distance-sigma", arguments->distance_sigma, "m, how well that is known")->capture_default_str()->check(CLI::Range(0.0, 10.0));
+    grid->add_option("--centre-sigma", arguments->centre_sigma, "px, how well the image centre is known, each coordinate")
+        ->capture_default_str()
+        ->check(CLI::Range(0.01, 1000.0));
     grid->add_option("--centre", arguments->centre, "image centre, px: U V (default: the picture's middle)")->expected(2);
     grid->add_option("--wall", arguments->wall,
                      "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V")

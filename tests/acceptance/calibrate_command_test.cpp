@@ -11,6 +11,7 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
 #include "roomfix/simulate/plane_picture.hpp"
+#include "roomfix/simulate/room_shots.hpp"
 #include "roomfix/site/load_site.hpp"
 
 namespace roomfix {
@@ -153,12 +154,47 @@ TEST_F(Calibrate, GridWritesALensThatTheSiteUses) {
     const auto loaded = load_site(site());
     ASSERT_TRUE(loaded) << loaded.error().message;
     ASSERT_TRUE(loaded->cameras[0].model.grid);
+    EXPECT_NEAR(std::sqrt(loaded->cameras[0].intrinsics_covariance(0, 0)), 533 * 0.005 / 0.6, 0.1) << "as well as the distance is known";
     // A ray inside the grid goes where the true lens has it.
     const auto ray = unproject(loaded->cameras[0].model, {450, 330}), truly = unproject(true_camera(), {450, 330});
     ASSERT_TRUE(ray && truly);
     EXPECT_LT((*ray - *truly).norm() * 533, 2.5);
     expect_says(call(fmt::format("calibrate grid {} --distance 0.6 -o {}", in("floor.png"), in("x.csv"))), 2, "all of it must be in the picture");
     expect_says(call(asked + " --wall 0 0 10 0 0 5 10 5"), 2, "must run along the view");
+}
+
+TEST_F(Calibrate, LinesOfARoomMadeStraightGoIntoTheSiteFile) {
+    RoomRenderer renderer(true_camera(), room_sensor(), {}, 6);
+    Random random(6);
+    std::filesystem::create_directories(in("rooms"));
+    LumaImage picture;
+    for (int i = 0; i < 8; ++i) {
+        const RoomShot shot = cluttered_shot(random);
+        renderer.render(shot.scene, shot.map_from_camera, shot.light, static_cast<std::uint64_t>(i), picture);
+        ASSERT_TRUE(save_luma(in(fmt::format("rooms/{}.png", i)), picture));
+    }
+    const std::string asked = fmt::format("calibrate lines {} {} --camera hall", site(), in("rooms"));
+    expect_says(call(asked + " --overlay " + in("lines.png")), 0, "straight lines do not tell the focal length");
+    EXPECT_TRUE(std::filesystem::exists(in("lines.png")));
+    expect_says(call(asked + " --write --force"), 0, "written");
+    const auto loaded = load_site(site());
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_NEAR(loaded->cameras[0].model.distortion[0], true_camera().distortion[0], 0.03);
+    EXPECT_GT(loaded->cameras[0].intrinsics_covariance(4, 4), 0);
+    expect_says(call(fmt::format("calibrate lines {} {} --camera hall", site(), in("rooms/0.png"))), 2, "take pictures with door frames");
+    expect_says(call(fmt::format("calibrate lines {} {} --camera hall", site(), in("nowhere"))), 2, "nowhere");
+}
+
+TEST_F(Calibrate, MountFromADriveUsesTheWheels) {
+    ASSERT_EQ(call(fmt::format("simulate kim2011-drive -o {}", in("drive"))).code, 0);
+    const std::string asked = fmt::format("calibrate mount {} --camera up", in("drive/site.yaml"));
+    expect_says(call(asked + " --no-odometry"), 2, "did not keep to one spot");
+    expect_says(call(asked + " --odometry " + in("nothing.csv")), 2, "nothing.csv");
+    expect_says(call(asked + " --write"), 0, "the robot drove");
+    const auto loaded = load_site(in("drive/site.yaml"));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_TRUE(std::get<Mount>(loaded->cameras[0].placement).has_covariance);
+    expect_says(call(fmt::format("calibrate mount {} --camera hall", site())), 2, "rides on no robot");
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"
 
@@ -92,6 +94,10 @@ TEST_F(Charuco, SaysWhatIsWrong) {
     EXPECT_FALSE(find_charuco(picture, marked_board(7, 9), "wrong size").refused.empty());
     pictures.render(pattern_of({9, 6, 0.03}), pose_before(0.5, 0.1, board), 0, picture);
     EXPECT_NE(find_charuco(picture, board, "plain").refused.find("no markers"), std::string::npos);
+    pictures.render(pattern_of(board), pose_before(0.5, 0.1, board), 0, picture);
+    EXPECT_TRUE(find_charuco(picture, board, "right").refused.empty());
+    for (int y = 0; y < picture.height(); ++y) std::reverse(picture.row(y), picture.row(y) + picture.width());
+    EXPECT_FALSE(find_charuco(picture, board, "in a mirror").refused.empty());
     EXPECT_NE(board_svg(board).find("DICT_5X5_250"), std::string::npos);
 }
 

@@ -52,6 +52,14 @@ std::optional<Eigen::Vector2d> image_centre(const Eigen::Vector2d& a0, const Eig
     return Eigen::Vector2d(meeting.head<2>() / meeting.z());
 }
 
+IntrinsicsMatrix published_covariance(double focal, double distance, double distance_sigma, double centre_sigma) {
+    IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();
+    const double sigma = focal * distance_sigma / distance;
+    covariance.topLeftCorner<2, 2>().setConstant(sigma * sigma);
+    covariance(2, 2) = covariance(3, 3) = centre_sigma * centre_sigma;
+    return covariance;
+}
+
 void correct_picture(LumaView seen, const LensGrid& grid, LumaImage& corrected) {
     corrected.resize(seen.width, seen.height);
     for (int y = 0; y < seen.height; ++y) {

@@ -7,6 +7,7 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/calibrate/chessboard.hpp"
+#include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/geometry/lens_grid.hpp"
 
 namespace roomfix {
@@ -26,6 +27,9 @@ std::optional<double> focal_length(double spacing_px, double distance, double sq
 /// Section 4.3: the image centre is where lines parallel to the optical axis meet: two sides of a rectangle on a wall along the view, each
 /// given by two pixels. Nothing if they are parallel in the picture.
 std::optional<Eigen::Vector2d> image_centre(const Eigen::Vector2d& a0, const Eigen::Vector2d& a1, const Eigen::Vector2d& b0, const Eigen::Vector2d& b1);
+
+/// What the paper does not state: how well fx, fy (one number), cx and cy are then known. `distance_sigma`: of `distance`, m; `centre_sigma`: px.
+IntrinsicsMatrix published_covariance(double focal, double distance, double distance_sigma, double centre_sigma);
 
 /// The whole picture as a lens without distortion would show it: bilinear resampling, section 4.1. Black where the grid says nothing.
 void correct_picture(LumaView seen, const LensGrid& grid, LumaImage& corrected);
