@@ -92,6 +92,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_lens(*command, exit_code);
     add_calibrate_lines(*command, exit_code);
     add_calibrate_floor(*command, exit_code);
+    add_calibrate_corner(*command, exit_code);
     add_calibrate_grid(*command, exit_code);
     add_calibrate_mount(*command, exit_code);
 }

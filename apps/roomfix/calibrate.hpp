@@ -14,6 +14,7 @@ namespace roomfix {
 void add_calibrate_lens(CLI::App& calibrate, int& exit_code);
 void add_calibrate_lines(CLI::App& calibrate, int& exit_code);
 void add_calibrate_floor(CLI::App& calibrate, int& exit_code);
+void add_calibrate_corner(CLI::App& calibrate, int& exit_code);
 void add_calibrate_grid(CLI::App& calibrate, int& exit_code);
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <sstream>
 
@@ -90,16 +92,22 @@ void print(const FloorSession& session, const SiteCamera& camera, const View& vi
     const FloorCalibration& found = session.calibration;
     const Eigen::Vector3d p = view.position();
     const Matrix6d& c = view.map_from_camera.covariance;
-    fmt::print("camera {}: at ({:.3f}, {:.3f}, {:.3f}) m +- ({:.1f}, {:.1f}, {:.1f}) mm, direction +- {:.2f} deg; residual {:.2f} px\n", camera.id, p.x(),
-               p.y(), p.z(), 1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(3, 3) + c(4, 4) + c(5, 5))),
-               found.rms);
+    const bool has_sightings = std::any_of(found.contributions.begin(), found.contributions.end(), [](const FloorContribution& part) { return part.sightings > 0; });
+    fmt::print("camera {}: at ({:.3f}, {:.3f}, {:.3f}) m +- ({:.1f}, {:.1f}, {:.1f}) mm, direction +- {:.2f} deg{}\n", camera.id, p.x(), p.y(), p.z(),
+               1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(3, 3) + c(4, 4) + c(5, 5))),
+               has_sightings ? fmt::format("; residual {:.2f} px", found.rms) : "");
     for (const FloorContribution& part : found.contributions) {
-        const std::string alone =
-            part.alone ? fmt::format("alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "alone it would not fix the camera";
-        fmt::print("  {:16} {:5} sightings, {:.2f} px rms, {:3.0f} % of what is known; {}\n", part.name, part.sightings, part.rms, 100 * part.share, alone);
+        const std::string seen = part.sightings > 0 ? fmt::format("{:5} sightings, {:.2f} px rms", part.sightings, part.rms) : "the whole pose";
+        std::string alone = part.alone ? fmt::format("; alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "; alone it would not fix the camera";
+        if (part.alone && !(*part.alone > 0)) alone.clear();
+        fmt::print("  {:16} {}, {:3.0f} % of what is known{}\n", part.name, seen, 100 * part.share, alone);
     }
-    fmt::print("  expected error on the floor: {:.1f} mm rms{}\n", 1e3 * found.floor_error,
-               camera.intrinsics_covariance.isZero(0) ? ", if the lens is known exactly (calibrate lens)" : ", with that of the lens");
+    const char* const lens = camera.intrinsics_covariance.isZero(0) ? ", if the lens is known exactly (calibrate lens)" : ", with that of the lens";
+    if (found.floor_error > 0) {
+        fmt::print("  expected error on the floor: {:.1f} mm rms{}\n", 1e3 * found.floor_error, lens);
+    } else {
+        fmt::print("  the camera sees no floor\n");
+    }
 }
 
 /// The constants of Li et al. 2014, (18), as the published method would set them up here.
@@ -111,6 +119,9 @@ void print_published(const View& view) {
     fmt::print("  as published (Li 2014): IBDMS d = {:.2f} m px / N - {:.3f} m; PLDMS with D_N = {:.2f} m\n", webcam->ibdms_factor(), webcam->ibdms_offset(),
                rectangle->width);
 }
+
+/// mm, of where a camera is.
+double place_error(const View& view) { return 1e3 * std::sqrt(view.map_from_camera.covariance.topLeftCorner<3, 3>().trace()); }
 
 int calibrate_floor_command(const Arguments& arguments) {
     auto options = options_of(arguments);
@@ -139,11 +150,12 @@ int calibrate_floor_command(const Arguments& arguments) {
         if (auto saved = save_floor_overlay(arguments.overlay, *picture, view, seen); !saved) return give_up(saved.error());
         say("overlay: " + arguments.overlay);
     }
-    Quality quality{0, 1e3 * found.floor_error, "mm expected error on the floor"};
-    if (const auto before = fixed_view(*camera)) quality.before = 1e3 * floor_error(*before);
+    const auto before = fixed_view(*camera);
+    Quality quality{before ? 1e3 * floor_error(*before) : 0, 1e3 * found.floor_error, "mm expected error on the floor"};
+    if (!(found.floor_error > 0)) quality = {before ? place_error(*before) : 0, place_error(view), "mm expected error of the camera's place"};
     KnownPose known{found.map_from_camera, true, camera->intrinsics_covariance.isZero(0) ? PoseByIntrinsics::Zero() : found.by_intrinsics};
     std::vector<CameraValue> values = {{"pose", pose_text(known, camera->model)}};
-    for (const char* old : {"floor_points", "floor_points_sigma", "height", "height_sigma"}) values.push_back({old, ""});
+    for (const char* old : {"floor_points", "floor_points_sigma", "height", "height_sigma", "robot"}) values.push_back({old, ""});
     return write_or_show(arguments.site, camera->id, values, quality, arguments.write);
 }
 
@@ -174,6 +186,21 @@ void add_calibrate_floor(CLI::App& calibrate, int& exit_code) {
     add_write_options(*floor, arguments->write);
     floor->footer("Example: roomfix calibrate floor site.yaml --camera hall --tile \"310,400 380,402 375,370 312,369\" --tile-size-mm 300 --write");
     floor->callback([=, &exit_code] { exit_code = calibrate_floor_command(*arguments); });
+}
+
+void add_calibrate_corner(CLI::App& calibrate, int& exit_code) {
+    auto* corner = calibrate.add_subcommand("corner", "where a fixed camera is, from one corner of the room and its height above the floor");
+    auto arguments = std::make_shared<Arguments>();
+    corner->add_option("SITE", arguments->site, "site file")->required();
+    corner->add_option("--camera", arguments->camera, "camera that stands still")->required();
+    corner->add_option("--corner", arguments->options.corner, "corner of the site that the camera sees")->required();
+    corner->add_option("--height", arguments->height, "m, of the camera above the floor")->required()->check(CLI::Range(0.01, 1000.0));
+    corner->add_option("--height-sigma", arguments->options.height_sigma, "m, how well that is known")->capture_default_str()->check(CLI::Range(1e-5, 10.0));
+    corner->add_option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
+    corner->add_option("--overlay", arguments->overlay, "picture to write: a grid of metres on the floor");
+    add_write_options(*corner, arguments->write);
+    corner->footer("Example: roomfix calibrate corner site.yaml --camera hall --corner nw --height 2.4 --write\nTogether with points of the floor: calibrate floor --corner.");
+    corner->callback([=, &exit_code] { exit_code = calibrate_floor_command(*arguments); });
 }
 
 }  // namespace roomfix
