@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/random.hpp"
 #include "roomfix/geometry/floor_points.hpp"
 
 namespace roomfix {
@@ -136,6 +137,44 @@ std::vector<Linearised> refine(View& view, const std::vector<FloorSource>& sourc
     return at;
 }
 
+/// The mean square of the pose's error, given these sightings, where it is not normal: a few clicks on a small tile leave the camera on a
+/// curve. `own`: the covariance as far as it is normal. Importance sampling from a t distribution; the same sightings give the same numbers.
+/// Nothing where it is not needed: many points leave no room for curves.
+std::optional<Matrix6d> curved_covariance(const View& view, const std::vector<FloorSource>& sources, const Matrix6d& own) {
+    constexpr std::size_t few = 12;
+    std::size_t count = 0;
+    for (const FloorSource& source : sources) count += source.sightings.size();
+    if (count == 0 || count > few) return std::nullopt;
+    constexpr int samples = 4000;
+    constexpr int freedom = 5;    // of the t distribution
+    constexpr double wider = 1.2;  // than what is normal
+    Random random(1);
+    const Matrix6d root = wider * Matrix6d(own.llt().matrixL());
+    const double least = sum_of(linearise(view, sources), [](const Linearised& l) { return l.cost; });
+    Matrix6d sum = Matrix6d::Zero();
+    double weights = 0, largest = 0;
+    for (int i = 0; i < samples; ++i) {
+        Vector6d normal;
+        for (int k = 0; k < 6; ++k) normal[k] = random.normal(1);
+        double chi = 0;
+        for (int k = 0; k < freedom; ++k) chi += std::pow(random.normal(1), 2);
+        const Vector6d scaled = normal * std::sqrt(freedom / chi);
+        const Vector6d error = root * scaled;
+        View other = view;
+        other.map_from_camera.pose = perturbed(view.map_from_camera.pose, error);
+        const auto there = linearise(other, sources);
+        if (!visible(there)) continue;
+        const double cost = sum_of(there, [](const Linearised& l) { return l.cost; }) - least;
+        const double log_drawn = -0.5 * (freedom + 6) * std::log1p(scaled.squaredNorm() / freedom);
+        const double weight = std::exp(-0.5 * cost - log_drawn);
+        sum += weight * error * error.transpose();
+        weights += weight;
+        largest = std::max(largest, weight);
+    }
+    if (!(weights > 50 * largest)) return std::nullopt;  // hardly any sample tells
+    return sum / weights;
+}
+
 /// The other place from which a small piece of floor looks about the same: the floor's normal mirrored at the line of sight.
 /// Source: the twofold ambiguity of planar poses (Schweighofer and Pinz 2006).
 std::optional<Eigen::Isometry3d> mirrored_pose(const Eigen::Isometry3d& map_from_camera, const std::vector<FloorSource>& sources) {
@@ -215,7 +254,7 @@ Result<FloorCalibration> calibrate_floor(const CameraModel& model, const Intrins
     const double chi = sum_of(at, [](const Linearised& l) { return l.squares; }) / freedom;
     // Points that disagree by clearly more than their noise are believed: then they are not as good.
     const double inflation = chi > 1 + 3 * std::sqrt(2 / freedom) ? chi : 1;
-    result.map_from_camera = {view.map_from_camera.pose, inflation * own};
+    result.map_from_camera = {view.map_from_camera.pose, inflation * curved_covariance(view, sources, own).value_or(own)};
     for (std::size_t i = 0; i < at.size(); ++i) {
         result.map_from_camera.covariance += common_errors(sources[i], at[i], own);
     }
