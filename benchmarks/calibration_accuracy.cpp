@@ -204,7 +204,7 @@ void measure_lines(int runs) {
         for (std::uint64_t i = 0; i < 6; ++i) {
             const RoomShot shot = cluttered_shot(random);
             renderer.render(shot.scene, shot.map_from_camera, shot.light, i, picture);
-            for (LongEdge& edge : long_edges(picture)) edges.push_back(std::move(edge));
+            for (LongEdge& edge : long_edges(picture, i)) edges.push_back(std::move(edge));
         }
         const auto found = straighten(std::move(edges), make_camera_model(640, 480, 420, 420, 319.5, 239.5));
         if (!found) {

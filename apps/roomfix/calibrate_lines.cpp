@@ -20,10 +20,9 @@ struct Arguments {
     WriteOptions write;
 };
 
-/// The edges of all pictures, and which picture each is of.
+/// The edges of all pictures.
 struct Harvest {
     std::vector<LongEdge> edges;
-    std::vector<std::size_t> picture;
     LumaImage first;
 };
 
@@ -44,10 +43,7 @@ Result<Harvest> harvest(const std::vector<std::string>& pictures, const SiteCame
                 return Error{fmt::format("{} is {} x {} pixels, camera {} has {} x {}", frame.name, frame.image.width(), frame.image.height(), camera.id,
                                          camera.model.width, camera.model.height)};
             }
-            for (LongEdge& edge : long_edges(frame.image)) {
-                all.edges.push_back(std::move(edge));
-                all.picture.push_back(number);
-            }
+            for (LongEdge& edge : long_edges(frame.image, number)) all.edges.push_back(std::move(edge));
             if (number == 0) all.first = std::move(frame.image);
         }
         progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
@@ -57,8 +53,8 @@ Result<Harvest> harvest(const std::vector<std::string>& pictures, const SiteCame
 
 Result<void> save_overlay(const std::string& file, const Harvest& all, const PlumbLine& found) {
     std::vector<std::vector<Eigen::Vector2d>> straight, others;
-    for (std::size_t i = 0; i < found.edges.size(); ++i) {
-        if (all.picture[i] == 0) (found.edges[i].used ? straight : others).push_back(found.edges[i].points);
+    for (const LongEdge& edge : found.edges) {
+        if (edge.picture == 0) (edge.used ? straight : others).push_back(edge.points);
     }
     return save_edges_overlay(file, all.first, straight, others);
 }
@@ -79,6 +75,11 @@ int calibrate_lines_command(const Arguments& arguments) {
     fmt::print("  cx {:9.3f} +- {:.3f}\n  cy {:9.3f} +- {:.3f}\n", m.cx, sigma(2), m.cy, sigma(3));
     const char* const names[] = {"k1", "k2", "p1", "p2"};
     for (int i = 0; i < 4; ++i) fmt::print("  {} {:9.5f} +- {:.5f}\n", names[i], m.distortion[static_cast<std::size_t>(i)], sigma(4 + i));
+    constexpr double crooked = 0.3;  // px
+    if (found->rms > crooked) {
+        fmt::print("  edges are still {:.2f} px off straight lines: many of them are bent in truth, and the lens may be wrong by more than stated; choose pictures\n"
+                   "  with door frames and skirtings instead\n", found->rms);
+    }
     fmt::print("  for fx {:.2f}, fy {:.2f}: straight lines do not tell the focal length\n", m.fx, m.fy);
     if (!arguments.overlay.empty()) {
         if (auto saved = save_overlay(arguments.overlay, *all, *found); !saved) return give_up(saved.error());

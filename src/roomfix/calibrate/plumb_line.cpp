@@ -213,13 +213,32 @@ CameraModel first_lens(const CameraModel& given, const std::vector<LongEdge>& ed
     return best;
 }
 
+/// The same edge in several pictures of a camera that stands still says no more than once.
+void drop_repeated(std::vector<LongEdge>& edges) {
+    constexpr double same = 4;  // px
+    const auto covers = [&](const LongEdge& longer, const LongEdge& edge) {
+        for (const std::size_t i : {std::size_t{0}, edge.points.size() / 2, edge.points.size() - 1}) {
+            const bool near = std::any_of(longer.points.begin(), longer.points.end(), [&](const Eigen::Vector2d& p) { return (p - edge.points[i]).norm() < same; });
+            if (!near) return false;
+        }
+        return true;
+    };
+    std::stable_sort(edges.begin(), edges.end(), [](const LongEdge& a, const LongEdge& b) { return a.points.size() > b.points.size(); });
+    std::vector<LongEdge> kept;
+    for (LongEdge& edge : edges) {
+        const bool known = std::any_of(kept.begin(), kept.end(), [&](const LongEdge& k) { return k.picture != edge.picture && covers(k, edge); });
+        if (!known) kept.push_back(std::move(edge));
+    }
+    edges = std::move(kept);
+}
+
 std::size_t count_used(const std::vector<LongEdge>& edges) {
     return static_cast<std::size_t>(std::count_if(edges.begin(), edges.end(), [](const LongEdge& e) { return e.used; }));
 }
 
 }  // namespace
 
-std::vector<LongEdge> long_edges(LumaView picture, const PlumbLineSettings& settings) {
+std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const PlumbLineSettings& settings) {
     EdgePointFinder finder({.working_width = std::max(picture.width, 1), .threshold = 5, .least_gradient = 2, .most_points = 60000});
     std::vector<EdgePoint> points;
     finder.find(picture, points);
@@ -234,6 +253,7 @@ std::vector<LongEdge> long_edges(LumaView picture, const PlumbLineSettings& sett
         taken[start] = 1;
         const auto one_way = follow(points, map, start, 1, taken), other_way = follow(points, map, start, -1, taken);
         LongEdge edge;
+        edge.picture = number;
         for (auto i = other_way.rbegin(); i != other_way.rend(); ++i) edge.points.push_back(place_of(points[*i]));
         edge.points.push_back(place_of(points[start]));
         for (const std::size_t i : one_way) edge.points.push_back(place_of(points[i]));
@@ -248,6 +268,7 @@ Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& sta
         return Error{fmt::format("{} long edges that can be straight, {} or more are needed: take pictures with door frames, skirtings and ceiling edges all over",
                                  count, settings.least_lines)};
     };
+    drop_repeated(edges);
     if (edges.size() < settings.least_lines) return too_few(edges.size());
     PlumbLine result;
     result.model = start;

@@ -22,16 +22,17 @@ struct PlumbLineSettings {
 /// An edge that was followed through a picture, px.
 struct LongEdge {
     std::vector<Eigen::Vector2d> points;  // in their order
+    std::size_t picture = 0;              // among those of the calibration
     bool used = true;                     // it is straight in truth, as far as one can tell
 };
 
-/// All long edges of a picture, subpixel.
-std::vector<LongEdge> long_edges(LumaView picture, const PlumbLineSettings& settings = {});
+/// All long edges of a picture, subpixel. `number`: of the picture.
+std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const PlumbLineSettings& settings = {});
 
 struct PlumbLine {
     CameraModel model;                                       // plumb_bob; k1, k2, p1, p2 and the image centre are found, the focal length stays
     IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();  // of these six, for this focal length
-    std::vector<LongEdge> edges;
+    std::vector<LongEdge> edges;  // the longest first; one that is in several pictures, once
     int used = 0;
     double before = 0;  // px rms by which the used edges are off straight lines with the lens that was given ...
     double rms = 0;     // ... and with the one that was found

@@ -16,31 +16,47 @@ FlatPattern chessboard_pattern(int columns, int rows, double square) {
 }
 
 PlanePictures::PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed)
-    : width_(camera.width), height_(camera.height), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed) {
-    constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
-    Random random(seed ^ 0x5ab5);
-    rays_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * fine * fine);
-    for (int y = 0; y < fine * height_; ++y) {
-        for (int x = 0; x < fine * width_; ++x) {
-            // Anywhere in its cell: rays in rows would move edges that run along them.
-            const auto ray = unproject(camera, {(x + random.uniform()) / fine - 0.5, (y + random.uniform()) / fine - 0.5});
-            rays_.push_back(ray ? Eigen::Vector2f(ray->cast<float>()) : Eigen::Vector2f(nowhere, nowhere));
-        }
+    : width_(camera.width), height_(camera.height), seed_(seed), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed) {
+    const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+    rays_.reserve(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1));
+    for (int y = 0; y <= height_; ++y) {
+        for (int x = 0; x <= width_; ++x) rays_.push_back(unproject(camera, {x - 0.5, y - 0.5}).value_or(nowhere));
     }
 }
 
 void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture) {
     const Eigen::Matrix3d plane_from_camera = camera_from_plane.linear().transpose();
     const Eigen::Vector3d eye = -(plane_from_camera * camera_from_plane.translation());
+    const auto light_along = [&](const Eigen::Vector2d& ray) {
+        const Eigen::Vector3d way = plane_from_camera * ray.homogeneous();
+        const double along = -eye.z() / way.z();
+        return along > 0 ? pattern((eye + along * way).head<2>()) : 0.0F;
+    };
+    const std::size_t stride = static_cast<std::size_t>(width_) + 1;
+    std::vector<float> at_corners;
+    at_corners.reserve(rays_.size());
+    for (const Eigen::Vector2d& ray : rays_) at_corners.push_back(light_along(ray));
     light_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
-    for (int y = 0; y < fine * height_; ++y) {
-        const Eigen::Vector2f* rays = rays_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(fine * width_);
-        float* out = light_.data() + static_cast<std::size_t>(y / fine) * static_cast<std::size_t>(width_);
-        for (int x = 0; x < fine * width_; ++x) {
-            const Eigen::Vector3d way = plane_from_camera * rays[x].cast<double>().homogeneous();
-            const double along = -eye.z() / way.z();
-            if (!(along > 0)) continue;
-            out[x / fine] += pattern((eye + along * way).head<2>()) / (fine * fine);
+    Random random(seed_ ^ 0x5ab5);
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x) {
+            const std::size_t corner = static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x);
+            const Eigen::Vector2d &a = rays_[corner], &b = rays_[corner + 1], &c = rays_[corner + stride], &d = rays_[corner + stride + 1];
+            float& out = light_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+            const float first = at_corners[corner];
+            const bool plain = first == at_corners[corner + 1] && first == at_corners[corner + stride] && first == at_corners[corner + stride + 1] &&
+                               first == light_along(0.25 * (a + b + c + d));
+            if (plain) {
+                out = first;
+                continue;
+            }
+            // Anywhere in each cell of the pixel: rays in rows would move edges that run along them.
+            for (int j = 0; j < fine; ++j) {
+                for (int i = 0; i < fine; ++i) {
+                    const double u = (i + random.uniform()) / fine, v = (j + random.uniform()) / fine;
+                    out += light_along((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d)) / (fine * fine);
+                }
+            }
         }
     }
     sensor_.blur(light_);

@@ -28,10 +28,11 @@ public:
     void render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture);
 
 private:
-    static constexpr int fine = 3;  // rays per pixel in each direction
+    static constexpr int fine = 6;  // rays in each direction for a pixel that is not all alike
     int width_, height_;
+    std::uint64_t seed_;
     Sensor sensor_;
-    std::vector<Eigen::Vector2f> rays_;  // x, y at z = 1; NaN where the lens sees nothing
+    std::vector<Eigen::Vector2d> rays_;  // through the pixels' corners, row by row; x, y at z = 1; NaN where the lens sees nothing
     std::vector<float> light_;
 };
 
