@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "roomfix/imaging/edge_points.hpp"
 
@@ -138,11 +139,11 @@ struct Edges {
     Vector gradient = Vector::Zero();
     std::vector<std::pair<Matrix, Vector>> own;  // each edge's part of both
     double squares = 0;
-    double points = 0;
 };
 
 /// Normal equations over all edges that are used; derivatives numerically, each edge's line fitted anew.
-Edges linearise(const CameraModel& model, const std::vector<LongEdge>& edges, const Vector& step) {
+Edges linearise(const CameraModel& model, const std::vector<LongEdge>& edges) {
+    const Vector step = (Vector() << 0.01, 0.01, 1e-5, 1e-5, 1e-6, 1e-6).finished();
     Edges sum;
     for (const LongEdge& edge : edges) {
         if (!edge.used) continue;
@@ -160,7 +161,6 @@ Edges linearise(const CameraModel& model, const std::vector<LongEdge>& edges, co
         sum.information += sum.own.back().first;
         sum.gradient += sum.own.back().second;
         sum.squares += off.squaredNorm();
-        sum.points += static_cast<double>(off.size());
     }
     return sum;
 }
@@ -236,6 +236,75 @@ std::size_t count_used(const std::vector<LongEdge>& edges) {
     return static_cast<std::size_t>(std::count_if(edges.begin(), edges.end(), [](const LongEdge& e) { return e.used; }));
 }
 
+/// What is known of the image centre, p1 and p2 before anything is seen.
+class Prior {
+public:
+    Prior(const CameraModel& start, const PlumbLineSettings& settings) : centre_(start.cx, start.cy) {
+        const double centre = std::pow(settings.centre_sigma * start.width, -2), tangential = std::pow(settings.tangential_sigma, -2);
+        weight_ = noise * noise * (Vector() << centre, centre, 0, 0, tangential, tangential).finished();
+    }
+    Vector off(const CameraModel& m) const { return (Vector() << m.cx - centre_.x(), m.cy - centre_.y(), 0, 0, m.distortion[2], m.distortion[3]).finished(); }
+    Matrix information() const { return weight_.asDiagonal(); }
+    Matrix by_edge() const { return noise * noise * information(); }
+    Vector gradient(const CameraModel& m) const { return weight_.cwiseProduct(off(m)); }
+    double cost(const CameraModel& m) const { return off(m).dot(gradient(m)); }
+
+private:
+    static constexpr double noise = 0.1;  // px, of points: how much the prior weighs beside them
+    Eigen::Vector2d centre_;
+    Vector weight_;
+};
+
+/// Levenberg-Marquardt over the edges that are used.
+Edges minimise(CameraModel& model, const std::vector<LongEdge>& edges, const Prior& prior) {
+    Edges at = linearise(model, edges);
+    double damping = 1e-4;
+    for (int round = 0; round < 40 && damping < 1e8; ++round) {
+        Matrix damped = at.information + prior.information();
+        damped.diagonal() *= 1 + damping;
+        const CameraModel next = with(model, -damped.ldlt().solve(at.gradient + prior.gradient(model)));
+        Edges tried = linearise(next, edges);
+        const double before = at.squares + prior.cost(model), after = tried.squares + prior.cost(next);
+        if (!(after <= before)) {
+            damping *= 10;
+            continue;
+        }
+        model = next;
+        at = std::move(tried);
+        damping *= 0.1;
+        if (before - after < 1e-9 * before) break;
+    }
+    return at;
+}
+
+/// What one edge says is off in its own way all along: edges are counted, not points; each by what would change without it.
+Matrix covariance_of(const Edges& at, const Prior& prior) {
+    const Matrix inverse = (at.information + prior.information()).inverse();
+    Matrix by_edges = prior.by_edge();
+    for (const auto& [information, gradient] : at.own) {
+        const Vector without = (Matrix::Identity() - information * inverse).partialPivLu().solve(gradient);
+        by_edges += without * without.transpose();
+    }
+    return inverse * by_edges * inverse;
+}
+
+/// Root mean square over all points of the used edges, px.
+double rms_of_used(const CameraModel& model, const std::vector<LongEdge>& edges) {
+    double squares = 0, points = 0;
+    for (const LongEdge& edge : edges) {
+        if (!edge.used) continue;
+        squares += crookedness(model, edge).squaredNorm();
+        points += static_cast<double>(edge.points.size());
+    }
+    return std::sqrt(squares / std::max(points, 1.0));
+}
+
+/// px by which k1's error moves the picture's corner.
+double error_at_corner(const CameraModel& model, double k1_sigma) {
+    const Eigen::Vector2d half(0.5 * model.width, 0.5 * model.height);
+    return k1_sigma * (half.x() * half.x() / (model.fx * model.fx) + half.y() * half.y() / (model.fy * model.fy)) * half.norm();
+}
+
 }  // namespace
 
 std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const PlumbLineSettings& settings) {
@@ -268,73 +337,33 @@ Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& sta
         return Error{fmt::format("{} long edges that can be straight, {} or more are needed: take pictures with door frames, skirtings and ceiling edges all over",
                                  count, settings.least_lines)};
     };
+    if (start.kind != Distortion::plumb_bob) {
+        return Error{fmt::format("the camera's lens is of the kind {}: straight lines are made straight for plumb_bob only; use a board", name_of(start.kind))};
+    }
     drop_repeated(edges);
     if (edges.size() < settings.least_lines) return too_few(edges.size());
     PlumbLine result;
-    result.model = start;
-    result.model.kind = Distortion::plumb_bob;
-    result.model.grid = nullptr;
-    const CameraModel given = result.model;
-    result.model = first_lens(given, edges);
+    result.model = first_lens(make_camera_model(start.width, start.height, start.fx, start.fy, start.cx, start.cy), edges);
     choose(result.model, edges, 2 * settings.outlier);
-    const double centre_weight = std::pow(settings.centre_sigma * start.width, -2);
-    const double tangential_weight = std::pow(settings.tangential_sigma, -2);
-    Vector step, prior_weight;
-    step << 0.01, 0.01, 1e-5, 1e-5, 1e-6, 1e-6;
-    prior_weight << centre_weight, centre_weight, 0, 0, tangential_weight, tangential_weight;
-    const auto prior_off = [&](const CameraModel& m) -> Vector {
-        return (Vector() << m.cx - start.cx, m.cy - start.cy, 0, 0, m.distortion[2], m.distortion[3]).finished();
-    };
+    const Prior prior(start, settings);
     Edges at;
-    constexpr double noise = 0.1;  // px, of points: how much the prior weighs beside them
-    const Matrix prior = noise * noise * prior_weight.asDiagonal().toDenseMatrix();
-    const auto cost = [&](const Edges& e, const CameraModel& m) { return e.squares + prior_off(m).dot(prior * prior_off(m)); };
     for (int selection = 0; selection < 12; ++selection) {
-        at = linearise(result.model, edges, step);
-        double damping = 1e-4;
-        for (int round = 0; round < 40 && damping < 1e8; ++round) {
-            Matrix damped = at.information + prior;
-            damped.diagonal() *= 1 + damping;
-            const Vector move = -damped.ldlt().solve(at.gradient + prior * prior_off(result.model));
-            const CameraModel next = with(result.model, move);
-            const Edges tried = linearise(next, edges, step);
-            if (!(cost(tried, next) <= cost(at, result.model))) {
-                damping *= 10;
-                continue;
-            }
-            const bool settled = cost(at, result.model) - cost(tried, next) < 1e-9 * cost(at, result.model);
-            result.model = next;
-            at = tried;
-            damping *= 0.1;
-            if (settled) break;
-        }
-        if (!choose(result.model, edges, settings.outlier)) break;
         if (count_used(edges) < settings.least_lines) return too_few(count_used(edges));
+        at = minimise(result.model, edges, prior);
+        if (!choose(result.model, edges, settings.outlier)) break;
     }
-    result.used = static_cast<int>(count_used(edges));
-    // What one edge says is off in its own way all along: edges are counted, not points; each by what would change without it.
-    const Matrix inverse = (at.information + prior).inverse();
-    Matrix by_edges = noise * noise * prior;
-    for (const auto& [information, gradient] : at.own) {
-        const Vector without = (Matrix::Identity() - information * inverse).partialPivLu().solve(gradient);
-        by_edges += without * without.transpose();
-    }
-    const Matrix covariance = inverse * by_edges * inverse;
+    at = linearise(result.model, edges);
+    const Matrix covariance = covariance_of(at, prior);
     for (int i = 0; i < unknowns; ++i) {
         for (int k = 0; k < unknowns; ++k) result.covariance(numbers[static_cast<std::size_t>(i)], numbers[static_cast<std::size_t>(k)]) = covariance(i, k);
     }
-    const double corner = 0.25 * (start.width * start.width / (start.fx * start.fx) + start.height * start.height / (start.fy * start.fy));  // r^2 there
-    if (!(std::sqrt(covariance(2, 2)) * corner * std::hypot(start.width, start.height) / 2 < 0.05 * start.width)) {
+    constexpr double most = 0.05;  // of the picture's width
+    if (!(error_at_corner(start, std::sqrt(covariance(2, 2))) < most * start.width)) {
         return Error{"these edges do not fix the lens: they must run along the picture's border, too, not only through its middle"};
     }
-    result.rms = std::sqrt(at.squares / at.points);
-    double squares = 0, points = 0;
-    for (const LongEdge& edge : edges) {
-        if (!edge.used) continue;
-        squares += std::pow(rms_of(given, edge), 2) * static_cast<double>(edge.points.size());
-        points += static_cast<double>(edge.points.size());
-    }
-    result.before = std::sqrt(squares / points);
+    result.used = static_cast<int>(count_used(edges));
+    result.rms = rms_of_used(result.model, edges);
+    result.before = rms_of_used(start, edges);
     result.edges = std::move(edges);
     return result;
 }
