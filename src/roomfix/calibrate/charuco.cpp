@@ -206,7 +206,7 @@ BoardShot find_charuco(LumaView picture, const Chessboard& board, const std::str
     double blur = 0, square = 0;
     for (std::size_t i = 0; i < reading.corners.size(); ++i) {
         const double size = std::min(reading.across[i].norm(), reading.down[i].norm());
-        const auto saddle = fit_saddle(picture, reading.corners[i], reading.across[i], reading.down[i], std::max(free * size, least_look));
+        const auto saddle = fit_saddle(picture, reading.corners[i], {reading.across[i]}, {reading.down[i]}, std::max(free * size, least_look));
         if (!saddle) continue;
         shot.corners.push_back(saddle->pixel);
         shot.numbers.push_back(reading.numbers[i]);

@@ -75,23 +75,33 @@ double distance(const BoardShot& a, const BoardShot& b, const Chessboard& board)
     return least;
 }
 
+/// How a lens bends the line through three corners in a row, at the middle one: 1/px, to the left of the way from the first to the last.
+double bend_of(const Eigen::Vector2d& before, const Eigen::Vector2d& here, const Eigen::Vector2d& after) {
+    const Eigen::Vector2d way = (after - before).normalized(), normal(-way.y(), way.x());
+    return -2 * normal.dot(here - before) / ((here - before).norm() * (after - here).norm());
+}
+
 /// Each corner again from all pixels around it, within the squares.
 void refine(LumaView picture, const Chessboard& board, std::vector<Eigen::Vector2d>& corners) {
     const std::vector<Eigen::Vector2d> first = corners;
     const auto at = [&](int column, int row) { return first[static_cast<std::size_t>(row * board.columns + column)]; };
     for (int i = 0; i < board.corners(); ++i) {
         const int column = i % board.columns, row = i / board.columns;
-        const Eigen::Vector2d across = at(std::min(column + 1, board.columns - 1), row) - at(std::max(column - 1, 0), row);
-        const Eigen::Vector2d down = at(column, std::min(row + 1, board.rows - 1)) - at(column, std::max(row - 1, 0));
+        // At the board's rim the next corner inwards tells how lines are bent.
+        const int c = std::clamp(column, 1, board.columns - 2), r = std::clamp(row, 1, board.rows - 2);
+        const SaddleEdge across{at(std::min(column + 1, board.columns - 1), row) - at(std::max(column - 1, 0), row),
+                                bend_of(at(c - 1, row), at(c, row), at(c + 1, row))};
+        const SaddleEdge down{at(column, std::min(row + 1, board.rows - 1)) - at(column, std::max(row - 1, 0)),
+                              bend_of(at(column, r - 1), at(column, r), at(column, r + 1))};
         // No nearer corner comes into sight.
         double square = 1e300;
-        for (const auto& [c, r] : {std::pair{column - 1, row}, {column + 1, row}, {column, row - 1}, {column, row + 1}}) {
-            if (c >= 0 && r >= 0 && c < board.columns && r < board.rows) square = std::min(square, (at(c, r) - at(column, row)).norm());
+        for (const auto& [x, y] : {std::pair{column - 1, row}, {column + 1, row}, {column, row - 1}, {column, row + 1}}) {
+            if (x >= 0 && y >= 0 && x < board.columns && y < board.rows) square = std::min(square, (at(x, y) - at(column, row)).norm());
         }
-        const double crossing = std::abs(across.x() * down.y() - across.y() * down.x()) / (across.norm() * down.norm());
+        const double crossing = std::abs(across.along.x() * down.along.y() - across.along.y() * down.along.x()) / (across.along.norm() * down.along.norm());
         const double radius = std::min(widest_look, look * square * crossing);
         if (radius < least_look) continue;
-        if (const auto saddle = fit_saddle(picture, first[static_cast<std::size_t>(i)], across, down, radius)) corners[static_cast<std::size_t>(i)] = saddle->pixel;
+        if (const auto saddle = fit_saddle(picture, at(column, row), across, down, radius)) corners[static_cast<std::size_t>(i)] = saddle->pixel;
     }
 }
 
@@ -120,7 +130,7 @@ BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::
     shot.square_pixels = mean;
     shot.edge_width = cv::estimateChessboardSharpness(mat_of(picture), {board.columns, board.rows}, corners)[0];
     for (const cv::Point2f& c : corners) shot.corners.emplace_back(static_cast<double>(c.x), static_cast<double>(c.y));
-    refine(picture, board, shot.corners);
+    for (int round = 0; round < 2; ++round) refine(picture, board, shot.corners);  // better corners tell better how lines are bent
     return shot;
 }
 

@@ -29,30 +29,41 @@ struct Step {
         : value(std::erf(blurs / std::numbers::sqrt2)), slope(std::numbers::sqrt2 * std::numbers::inv_sqrtpi * std::exp(-0.5 * blurs * blurs)) {}
 };
 
-Fit linearise(LumaView picture, const Eigen::Vector2d& start, double radius, const Numbers& n) {
+/// An edge at one pixel: its step, and how the step moves.
+struct EdgeAt {
+    Step step;
+    Eigen::Vector2d by_place;  // of the distance in px
+    double by_angle;
+    double blurs;
+};
+
+EdgeAt edge_at(const Eigen::Vector2d& d, double angle, double bend, double blur) {
+    const Eigen::Vector2d along(std::cos(angle), std::sin(angle)), normal(-along.y(), along.x());
+    const double t = along.dot(d), n = normal.dot(d);
+    const double blurs = (n - 0.5 * bend * t * t) / blur;
+    return {Step(blurs), bend * t * along - normal, -t - bend * t * n, blurs};
+}
+
+Fit linearise(LumaView picture, const Eigen::Vector2d& start, double radius, const Eigen::Vector2d& bends, const Numbers& n) {
     Fit fit;
-    const Eigen::Vector2d along_a(std::cos(n[angle_a]), std::sin(n[angle_a])), along_b(std::cos(n[angle_b]), std::sin(n[angle_b]));
-    const Eigen::Vector2d normal_a(-along_a.y(), along_a.x()), normal_b(-along_b.y(), along_b.x());
     const int reach = static_cast<int>(radius);
     const int u0 = static_cast<int>(std::lround(start.x())), v0 = static_cast<int>(std::lround(start.y()));
     for (int v = v0 - reach; v <= v0 + reach; ++v) {
         for (int u = u0 - reach; u <= u0 + reach; ++u) {
             const Eigen::Vector2d d = Eigen::Vector2d(u, v) - Eigen::Vector2d(n[place_x], n[place_y]);
             if (d.squaredNorm() > radius * radius) continue;
-            const double off_a = normal_a.dot(d) / n[blur], off_b = normal_b.dot(d) / n[blur];
-            const Step a(off_a), b(off_b);
-            const double by_a = n[contrast] * a.slope * b.value / n[blur], by_b = n[contrast] * a.value * b.slope / n[blur];
+            const EdgeAt a = edge_at(d, n[angle_a], bends[0], n[blur]), b = edge_at(d, n[angle_b], bends[1], n[blur]);
+            const double by_a = n[contrast] * a.step.slope * b.step.value / n[blur], by_b = n[contrast] * a.step.value * b.step.slope / n[blur];
             Numbers by;
-            by[place_x] = -by_a * normal_a.x() - by_b * normal_b.x() - n[slope_x];
-            by[place_y] = -by_a * normal_a.y() - by_b * normal_b.y() - n[slope_y];
-            by[angle_a] = -by_a * along_a.dot(d);
-            by[angle_b] = -by_b * along_b.dot(d);
-            by[blur] = -by_a * off_a - by_b * off_b;
-            by[contrast] = a.value * b.value;
+            by.head<2>() = by_a * a.by_place + by_b * b.by_place - Eigen::Vector2d(n[slope_x], n[slope_y]);
+            by[angle_a] = by_a * a.by_angle;
+            by[angle_b] = by_b * b.by_angle;
+            by[blur] = -by_a * a.blurs - by_b * b.blurs;
+            by[contrast] = a.step.value * b.step.value;
             by[level] = 1;
             by[slope_x] = d.x();
             by[slope_y] = d.y();
-            const double predicted = n[level] + n[slope_x] * d.x() + n[slope_y] * d.y() + n[contrast] * a.value * b.value;
+            const double predicted = n[level] + n[slope_x] * d.x() + n[slope_y] * d.y() + n[contrast] * a.step.value * b.step.value;
             const double residual = picture.row(v)[u] - predicted;
             fit.information += by * by.transpose();
             fit.pull += residual * by;
@@ -65,14 +76,15 @@ Fit linearise(LumaView picture, const Eigen::Vector2d& start, double radius, con
 
 }  // namespace
 
-std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const Eigen::Vector2d& along_a, const Eigen::Vector2d& along_b, double radius) {
+std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const SaddleEdge& a, const SaddleEdge& b, double radius) {
     const double margin = radius + 1;
     if (!(start.x() >= margin && start.y() >= margin && start.x() <= picture.width - 1 - margin && start.y() <= picture.height - 1 - margin)) return std::nullopt;
     Numbers n;
-    n << start, std::atan2(along_a.y(), along_a.x()), std::atan2(along_b.y(), along_b.x()), 1, 0, 128, 0, 0;
+    n << start, std::atan2(a.along.y(), a.along.x()), std::atan2(b.along.y(), b.along.x()), 1, 0, 128, 0, 0;
+    const Eigen::Vector2d bends(a.bend, b.bend);
     // The light's own numbers are linear: with no contrast to begin with, the first step finds them, and only them.
     double damping = 0;
-    Fit fit = linearise(picture, start, radius, n);
+    Fit fit = linearise(picture, start, radius, bends, n);
     if (fit.pixels <= 2 * unknowns) return std::nullopt;
     for (int round = 0; round < 25; ++round) {
         Normal damped = fit.information;
@@ -82,7 +94,7 @@ std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start,
         if (!step.allFinite()) return std::nullopt;
         Numbers next = n + step;
         next[blur] = std::clamp(next[blur], least_blur, widest_blur);
-        const Fit tried = linearise(picture, start, radius, next);
+        const Fit tried = linearise(picture, start, radius, bends, next);
         if (tried.squares > fit.squares) {
             damping = std::max(4 * damping, 1e-3);
             if (damping > 1e6) break;

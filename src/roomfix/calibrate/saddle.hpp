@@ -15,9 +15,15 @@ struct Saddle {
     double blur = 0;             // px, standard deviation
 };
 
+/// One of the edges as it is known before: its direction, of any length, and how a lens bends it there (1/px, to its left).
+struct SaddleEdge {
+    Eigen::Vector2d along;
+    double bend = 0;
+};
+
 /// Fits the product of two blurred steps on a plane of light to all pixels within `radius` px of `start`, which is within a pixel or so of the truth.
-/// `along`: the directions of the two edges there, of any length. Nothing where that leads elsewhere or out of the picture. The
+/// Bends are taken as they are. Nothing where that leads elsewhere or out of the picture. The
 /// pattern looks the same turned by half a circle, so neither the camera's tone curve nor the blur's shape moves the place that is found.
-std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const Eigen::Vector2d& along_a, const Eigen::Vector2d& along_b, double radius);
+std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const SaddleEdge& a, const SaddleEdge& b, double radius);
 
 }  // namespace roomfix
