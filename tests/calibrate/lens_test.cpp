@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <opencv2/calib3d.hpp>
+#include <optional>
 
 #include "roomfix/calibrate/lens_report.hpp"
 #include "roomfix/simulate/plane_picture.hpp"
@@ -108,25 +110,31 @@ TEST_P(Lens, PredictsHowFarRaysAreOff) {
 
 INSTANTIATE_TEST_SUITE_P(EachKind, Lens, ::testing::Values(Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant));
 
-TEST(CalibrateLens, FindsARenderedCameraAsWellAsItSays) {
-    Random random(11);
+TEST(CalibrateLens, FindsRenderedCamerasAsWellAsItSays) {
     const CameraModel camera = plain_camera();
-    PlanePictures pictures(camera, {}, 3);
-    std::vector<BoardShot> shots;
-    LumaImage picture;
-    for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 14, random)) {
-        pictures.render(chessboard_pattern(board.columns, board.rows, board.square), pose, shots.size(), picture);
-        shots.push_back(find_chessboard(picture, board, "shot"));
-        ASSERT_TRUE(shots.back().refused.empty()) << shots.size();
+    double nees = 0;
+    constexpr int runs = 4;
+    std::optional<LensCalibration> last;
+    for (int run = 0; run < runs; ++run) {
+        Random random(31 + static_cast<std::uint64_t>(run));
+        PlanePictures pictures(camera, {}, 41 + static_cast<std::uint64_t>(run));
+        std::vector<BoardShot> shots;
+        LumaImage picture;
+        for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 14, random)) {
+            pictures.render(chessboard_pattern(board.columns, board.rows, board.square), pose, shots.size(), picture);
+            shots.push_back(find_chessboard(picture, board, "shot"));
+            ASSERT_TRUE(shots.back().refused.empty()) << shots.size();
+        }
+        const auto lens = calibrate_lens(shots, 640, 480, board);
+        ASSERT_TRUE(lens) << lens.error().message;
+        EXPECT_LT(lens->sigma, 0.03) << "px: OpenCV's corners are at 0.05";
+        const Eigen::Matrix<double, 9, 1> off = (lens->model.intrinsics() - camera.intrinsics()).head<9>();
+        nees += off.dot(lens->covariance.topLeftCorner<9, 9>().ldlt().solve(off)) / runs;
+        last = *lens;
     }
-    const auto lens = calibrate_lens(shots, 640, 480, board);
-    ASSERT_TRUE(lens) << lens.error().message;
-    EXPECT_LT(lens->sigma, 0.08);
-    const IntrinsicsVector off = lens->model.intrinsics() - camera.intrinsics();
-    for (int i = 0; i < 9; ++i) EXPECT_LT(std::abs(off[i]), 4 * std::sqrt(lens->covariance(i, i))) << i;
-    // What it is for: rays go where they should, as well as predicted.
-    EXPECT_NE(text_of(*lens).find("fx"), std::string::npos);
-    EXPECT_NE(html_of(*lens, board, "a < b").find("a &lt; b"), std::string::npos);
+    EXPECT_LT(nees, 17.5) << "nine unknowns, four cameras: four standard deviations above nine";
+    EXPECT_NE(text_of(*last).find("fx"), std::string::npos);
+    EXPECT_NE(html_of(*last, board, "a < b").find("a &lt; b"), std::string::npos);
 }
 
 TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {

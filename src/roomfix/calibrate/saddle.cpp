@@ -7,7 +7,7 @@
 namespace roomfix {
 namespace {
 
-/// The unknowns: place (px), both edges' directions (rad), blur (px), contrast, and the plane of light: level, slopes by x and y.
+/// The unknowns: place (px), both edges' directions (rad), blur (px), contrast, level, and how the light falls off by x and y (part per px).
 enum Unknown { place_x, place_y, angle_a, angle_b, blur, contrast, level, slope_x, slope_y, unknowns };
 using Numbers = Eigen::Matrix<double, unknowns, 1>;
 using Normal = Eigen::Matrix<double, unknowns, unknowns>;
@@ -54,17 +54,18 @@ Fit linearise(LumaView picture, const Eigen::Vector2d& start, double radius, con
             if (d.squaredNorm() > radius * radius) continue;
             const EdgeAt a = edge_at(d, n[angle_a], bends[0], n[blur]), b = edge_at(d, n[angle_b], bends[1], n[blur]);
             const double by_a = n[contrast] * a.step.slope * b.step.value / n[blur], by_b = n[contrast] * a.step.value * b.step.slope / n[blur];
+            // What the squares reflect, and the light on them: it changes both black and white in proportion.
+            const double light = 1 + n[slope_x] * d.x() + n[slope_y] * d.y(), square = n[level] + n[contrast] * a.step.value * b.step.value;
             Numbers by;
-            by.head<2>() = by_a * a.by_place + by_b * b.by_place - Eigen::Vector2d(n[slope_x], n[slope_y]);
-            by[angle_a] = by_a * a.by_angle;
-            by[angle_b] = by_b * b.by_angle;
-            by[blur] = -by_a * a.blurs - by_b * b.blurs;
-            by[contrast] = a.step.value * b.step.value;
-            by[level] = 1;
-            by[slope_x] = d.x();
-            by[slope_y] = d.y();
-            const double predicted = n[level] + n[slope_x] * d.x() + n[slope_y] * d.y() + n[contrast] * a.step.value * b.step.value;
-            const double residual = picture.row(v)[u] - predicted;
+            by.head<2>() = light * (by_a * a.by_place + by_b * b.by_place) - square * Eigen::Vector2d(n[slope_x], n[slope_y]);
+            by[angle_a] = light * by_a * a.by_angle;
+            by[angle_b] = light * by_b * b.by_angle;
+            by[blur] = light * (-by_a * a.blurs - by_b * b.blurs);
+            by[contrast] = light * a.step.value * b.step.value;
+            by[level] = light;
+            by[slope_x] = square * d.x();
+            by[slope_y] = square * d.y();
+            const double residual = picture.row(v)[u] - light * square;
             fit.information += by * by.transpose();
             fit.pull += residual * by;
             fit.squares += residual * residual;
