@@ -137,6 +137,38 @@ TEST(CalibrateLens, FindsRenderedCamerasAsWellAsItSays) {
     EXPECT_NE(html_of(*last, board, "a < b").find("a &lt; b"), std::string::npos);
 }
 
+TEST(CalibrateLens, ABoardThatBendsMakesTheNumbersLessSure) {
+    Random random(51);
+    const CameraModel camera = plain_camera();
+    double as_stated = 0, as_if_flat = 0, straight = 0;
+    constexpr int runs = 12;
+    for (int run = 0; run < runs; ++run) {
+        std::vector<BoardShot> shots = simulated_shots(camera, 14, 0.02, random);
+        straight += calibrate_lens(shots, 640, 480, board)->disagreement / runs;
+        shots.clear();
+        for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 14, random)) {
+            BoardShot shot{"bent", {}, 2, 30, ""};
+            const double bend = random.normal(0.06);  // 1/m, another one each time it is held: 0.6 mm at its ends
+            for (int i = 0; i < board.corners(); ++i) {
+                const Eigen::Vector2d at = board.corner(i);
+                const double height = bend * std::pow(at.x() - board_size.x() / 2, 2);
+                shot.corners.push_back(*project(camera, pose * Eigen::Vector3d(at.x(), at.y(), height)) + Eigen::Vector2d(random.normal(0.02), random.normal(0.02)));
+            }
+            shots.push_back(shot);
+        }
+        const auto lens = calibrate_lens(shots, 640, 480, board, {.outlier = 100});
+        ASSERT_TRUE(lens) << lens.error().message;
+        const Eigen::Matrix<double, 9, 1> off = (lens->model.intrinsics() - camera.intrinsics()).head<9>();
+        const double nees = off.dot(lens->covariance.topLeftCorner<9, 9>().ldlt().solve(off));
+        as_stated += nees / runs;
+        as_if_flat += nees * lens->disagreement / runs;
+    }
+    EXPECT_LT(straight, 1.2);
+    EXPECT_GT(as_if_flat, 2 * as_stated);
+    // Bent boards also pull all shots the same way, which no scatter among them shows.
+    EXPECT_LT(as_stated, 3 * 9) << "nine unknowns";
+}
+
 TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {
     Random random(7);
     const auto shots = simulated_shots(plain_camera(), 12, 0.2, random);

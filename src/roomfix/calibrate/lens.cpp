@@ -96,6 +96,28 @@ Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& information) {
     return scale.asDiagonal() * (spectrum.eigenvectors() * inverse.asDiagonal() * spectrum.eigenvectors().transpose()) * scale.asDiagonal();
 }
 
+/// How much more the shots contradict each other than the noise of their corners explains, as a factor of the covariance, 1 or more: a board
+/// that is not flat moves all corners of a shot together. `variance`: of a corner's coordinate, px^2.
+double disagreement(const Reduced& fit, double variance, int count) {
+    constexpr double least = 1e-9;  // of the largest eigenvalue: less is no information
+    double squares = 0, numbers = 0;
+    const Eigen::VectorXd scale = fit.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    for (const ShotFit& shot : fit.shots) {
+        const Eigen::LDLT<Matrix6d> pose(shot.by_pose);
+        const Eigen::MatrixXd mixed = shot.mixed.leftCols(count);
+        const Eigen::MatrixXd information = shot.by_intrinsics.topLeftCorner(count, count) - mixed.transpose() * pose.solve(mixed);
+        const Eigen::VectorXd gradient = shot.gradient.head(count) - mixed.transpose() * pose.solve(shot.pose_gradient);
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scale.asDiagonal() * information * scale.asDiagonal());
+        const Eigen::VectorXd along = spectrum.eigenvectors().transpose() * (scale.asDiagonal() * gradient);
+        for (Eigen::Index i = 0; i < along.size(); ++i) {
+            if (spectrum.eigenvalues()[i] < least * spectrum.eigenvalues().maxCoeff()) continue;
+            squares += along[i] * along[i] / (spectrum.eigenvalues()[i] * variance);
+            ++numbers;
+        }
+    }
+    return numbers > count ? std::max(1.0, squares / (numbers - count)) : 1;
+}
+
 /// Levenberg-Marquardt on all numbers of our own models.
 Reduced polish(LensSolution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board, Reduced at) {
     const int count = solution.model.intrinsics_count();
@@ -203,7 +225,9 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     result.model = solution.model;
     result.rms = std::sqrt(fit->squares / (measured / 2));
     result.sigma = std::sqrt(fit->squares / freedom);
-    result.covariance.topLeftCorner(count, count) = result.sigma * result.sigma * scaled_inverse(fit->information);
+    const double variance = result.sigma * result.sigma;
+    result.disagreement = disagreement(*fit, variance, count);
+    result.covariance.topLeftCorner(count, count) = variance * result.disagreement * scaled_inverse(fit->information);
     result.coverage = covered(all, width, height);
     const double focal_sigma = std::max(std::sqrt(result.covariance(0, 0)) / result.model.fx, std::sqrt(result.covariance(1, 1)) / result.model.fy);
     if (!(focal_sigma < settings.worst_focal_sigma)) {
