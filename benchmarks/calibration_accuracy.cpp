@@ -149,8 +149,8 @@ void measure_floor(bool joints, int runs) {
     fmt::print(
         "floor from one tile{}: {} runs, {} say that the camera may be elsewhere; {:.1f} % of the true numbers inside their 95 % intervals (goal 93); NEES "
         "{:.2f} ({:.2f}-{:.2f}); 6 m away {:.1f} mm rms, {:.1f} at most (goal 10 with the grid), {:.1f} stated\n",
-        joints ? " and the grid" : ", four clicks alone", runs, doubtful, coverage.percent(), nees / good, 6 - spread, 6 + spread, 1e3 * std::sqrt(squares / good), 1e3 * largest,
-        1e3 * std::sqrt(stated / good));
+        joints ? " and the grid" : ", four clicks alone", runs, doubtful, coverage.percent(), nees / good, 6 - spread, 6 + spread,
+        1e3 * std::sqrt(squares / good), 1e3 * largest, 1e3 * std::sqrt(stated / good));
 }
 
 /// A robot that turns on the spot below a landmark, or drives around it: tilt and place of its camera, and of a drive the heading, too.
@@ -195,9 +195,8 @@ void measure_lines(int runs) {
     Coverage coverage;
     int failed = 0;
     for (int run = 0; run < runs; ++run) {
-        const CameraModel truth =
-            make_camera_model(640, 480, 420, 420, random.uniform(310, 330), random.uniform(230, 250),
-                              {random.uniform(-0.3, -0.05), random.uniform(0.04, 0.12), random.normal(3e-4), random.normal(3e-4), 0});
+        const CameraModel truth = make_camera_model(640, 480, 420, 420, random.uniform(310, 330), random.uniform(230, 250),
+                                                    {random.uniform(-0.3, -0.05), random.uniform(0.04, 0.12), random.normal(3e-4), random.normal(3e-4), 0});
         RoomRenderer renderer(truth, room_sensor(), {}, static_cast<std::uint64_t>(run));
         std::vector<LongEdge> edges;
         LumaImage picture;

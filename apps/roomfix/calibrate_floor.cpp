@@ -92,13 +92,15 @@ void print(const FloorSession& session, const SiteCamera& camera, const View& vi
     const FloorCalibration& found = session.calibration;
     const Eigen::Vector3d p = view.position();
     const Matrix6d& c = view.map_from_camera.covariance;
-    const bool has_sightings = std::any_of(found.contributions.begin(), found.contributions.end(), [](const FloorContribution& part) { return part.sightings > 0; });
+    const bool has_sightings =
+        std::any_of(found.contributions.begin(), found.contributions.end(), [](const FloorContribution& part) { return part.sightings > 0; });
     fmt::print("camera {}: at ({:.3f}, {:.3f}, {:.3f}) m +- ({:.1f}, {:.1f}, {:.1f}) mm, direction +- {:.2f} deg{}\n", camera.id, p.x(), p.y(), p.z(),
                1e3 * std::sqrt(c(0, 0)), 1e3 * std::sqrt(c(1, 1)), 1e3 * std::sqrt(c(2, 2)), degrees(std::sqrt(c(3, 3) + c(4, 4) + c(5, 5))),
                has_sightings ? fmt::format("; residual {:.2f} px", found.rms) : "");
     for (const FloorContribution& part : found.contributions) {
         const std::string seen = part.sightings > 0 ? fmt::format("{:5} sightings, {:.2f} px rms", part.sightings, part.rms) : "the whole pose";
-        std::string alone = part.alone ? fmt::format("; alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "; alone it would not fix the camera";
+        std::string alone =
+            part.alone ? fmt::format("; alone it would leave {:.1f} mm on the floor", 1e3 * *part.alone) : "; alone it would not fix the camera";
         if (part.alone && !(*part.alone > 0)) alone.clear();
         fmt::print("  {:16} {}, {:3.0f} % of what is known{}\n", part.name, seen, 100 * part.share, alone);
     }
@@ -199,7 +201,9 @@ void add_calibrate_corner(CLI::App& calibrate, int& exit_code) {
     corner->add_option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
     corner->add_option("--overlay", arguments->overlay, "picture to write: a grid of metres on the floor");
     add_write_options(*corner, arguments->write);
-    corner->footer("Example: roomfix calibrate corner site.yaml --camera hall --corner nw --height 2.4 --write\nTogether with points of the floor: calibrate floor --corner.");
+    corner->footer(
+        "Example: roomfix calibrate corner site.yaml --camera hall --corner nw --height 2.4 --write\nTogether with points of the floor: calibrate floor "
+        "--corner.");
     corner->callback([=, &exit_code] { exit_code = calibrate_floor_command(*arguments); });
 }
 

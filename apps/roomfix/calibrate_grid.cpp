@@ -52,8 +52,8 @@ int calibrate_grid_command(const Arguments& arguments) {
     const double focal = *focal_length(ideal->spacing, arguments.distance, board.square);
     double moved = 0;
     for (std::size_t i = 0; i < shot.corners.size(); ++i) moved = std::max(moved, (shot.corners[i] - ideal->points[i]).norm());
-    fmt::print("focal length: {:.2f} +- {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal, focal * arguments.distance_sigma / arguments.distance, ideal->spacing, arguments.square_mm,
-               arguments.distance);
+    fmt::print("focal length: {:.2f} +- {:.2f} px ({:.3f} px between points {:.1f} mm apart, {:.3f} m away)\n", focal,
+               focal * arguments.distance_sigma / arguments.distance, ideal->spacing, arguments.square_mm, arguments.distance);
     fmt::print("grid: {} points, moved by up to {:.1f} px\n", shot.corners.size(), moved);
     if (!write_file(arguments.output, lens_grid_text(*grid))) return failed;
     if (!arguments.corrected.empty()) {
@@ -73,8 +73,8 @@ int calibrate_grid_command(const Arguments& arguments) {
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
     return write_or_show(arguments.site, arguments.camera,
-                         {{"intrinsics", intrinsics_text(model, covariance)}, {"distortion_model", ""}, {"distortion", ""}, {"lens_grid", file}},
-                         quality, arguments.write);
+                         {{"intrinsics", intrinsics_text(model, covariance)}, {"distortion_model", ""}, {"distortion", ""}, {"lens_grid", file}}, quality,
+                         arguments.write);
 }
 
 }  // namespace

@@ -135,7 +135,8 @@ void add_calibrate_lens(CLI::App& calibrate, int& exit_code) {
     lens->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
     lens->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
     auto* marker = lens->add_option("--marker-mm", arguments->marker_mm, "edge of a marker with its black border, mm")->check(CLI::Range(0.1, 10000.0));
-    lens->add_option("--charuco", arguments->markers, "the board has markers of this dictionary in its white squares: DICT_4X4_50, DICT_5X5_250, ...")->needs(marker);
+    lens->add_option("--charuco", arguments->markers, "the board has markers of this dictionary in its white squares: DICT_4X4_50, DICT_5X5_250, ...")
+        ->needs(marker);
     lens->add_option("--model", arguments->model, "kind of lens")
         ->capture_default_str()
         ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));

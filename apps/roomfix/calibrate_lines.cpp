@@ -77,8 +77,10 @@ int calibrate_lines_command(const Arguments& arguments) {
     for (int i = 0; i < 4; ++i) fmt::print("  {} {:9.5f} +- {:.5f}\n", names[i], m.distortion[static_cast<std::size_t>(i)], sigma(4 + i));
     constexpr double crooked = 0.3;  // px
     if (found->rms > crooked) {
-        fmt::print("  edges are still {:.2f} px off straight lines: many of them are bent in truth, and the lens may be wrong by more than stated; choose pictures\n"
-                   "  with door frames and skirtings instead\n", found->rms);
+        fmt::print(
+            "  edges are still {:.2f} px off straight lines: many of them are bent in truth, and the lens may be wrong by more than stated; choose pictures\n"
+            "  with door frames and skirtings instead\n",
+            found->rms);
     }
     fmt::print("  for fx {:.2f}, fy {:.2f}: straight lines do not tell the focal length\n", m.fx, m.fy);
     if (!arguments.overlay.empty()) {

@@ -59,7 +59,8 @@ int calibrate_mount_command(const MountArguments& arguments) {
     if (fixed == nullptr) return give_up(Error{fmt::format("camera {} rides on no robot: calibrate floor is what it needs", camera->id)});
     const MountSettings settings{.position_sigma = 1e-3 * arguments.position_sigma_mm, .heading_sigma = radians(arguments.heading_sigma_deg)};
     const std::string frames = arguments.frames.empty() ? resolved_path(*site, camera->source) : arguments.frames;
-    const auto found = calibrate_mount_from(*site, *camera, frames, odometry_of(arguments, *site, fixed->robot), settings, progress_bar("looking for landmarks"));
+    const auto found =
+        calibrate_mount_from(*site, *camera, frames, odometry_of(arguments, *site, fixed->robot), settings, progress_bar("looking for landmarks"));
     if (!found) return give_up(found.error());
     print(*found, camera->id);
     Mount mount = std::get<Mount>(camera->placement);
@@ -78,8 +79,7 @@ int calibrate_mount_command(const MountArguments& arguments) {
 }  // namespace
 
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
-    auto* mount =
-        calibrate.add_subcommand("mount", "a camera's tilt and place on its robot, from pictures of landmarks taken while it turns and drives");
+    auto* mount = calibrate.add_subcommand("mount", "a camera's tilt and place on its robot, from pictures of landmarks taken while it turns and drives");
     auto arguments = std::make_shared<MountArguments>();
     mount->add_option("SITE", arguments->site, "site file")->required();
     mount->add_option("--camera", arguments->camera, "camera with a 'mount'")->required();

@@ -152,7 +152,8 @@ TEST(CalibrateLens, ABoardThatBendsMakesTheNumbersLessSure) {
             for (int i = 0; i < board.corners(); ++i) {
                 const Eigen::Vector2d at = board.corner(i);
                 const double height = bend * std::pow(at.x() - board_size.x() / 2, 2);
-                shot.corners.push_back(*project(camera, pose * Eigen::Vector3d(at.x(), at.y(), height)) + Eigen::Vector2d(random.normal(0.02), random.normal(0.02)));
+                shot.corners.push_back(*project(camera, pose * Eigen::Vector3d(at.x(), at.y(), height)) +
+                                       Eigen::Vector2d(random.normal(0.02), random.normal(0.02)));
             }
             shots.push_back(shot);
         }

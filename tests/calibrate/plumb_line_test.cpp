@@ -94,7 +94,8 @@ TEST(PlumbLine, SaysWhatIsMissing) {
     for (int i = 0; i < 20; ++i) {
         LongEdge edge;
         const Eigen::Vector2d along(std::cos(0.15 * i), std::sin(0.15 * i));
-        for (double x = -60; x < 60; x += 1.5) edge.points.emplace_back(Eigen::Vector2d(319.5, 239.5) + x * along + 0.05 * std::sin(37 * x + i) * Eigen::Vector2d(-along.y(), along.x()));
+        for (double x = -60; x < 60; x += 1.5)
+            edge.points.emplace_back(Eigen::Vector2d(319.5, 239.5) + x * along + 0.05 * std::sin(37 * x + i) * Eigen::Vector2d(-along.y(), along.x()));
         middle.push_back(edge);
     }
     const auto unknown = straighten(middle, start);

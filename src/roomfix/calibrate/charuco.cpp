@@ -158,9 +158,7 @@ Reading read(const Chessboard& board, const std::map<int, std::vector<cv::Point2
 
 /// Do the corners span the board's plane, not just one line of it?
 bool in_one_line(const std::vector<int>& numbers, const Chessboard& board) {
-    const auto same = [&](auto part) {
-        return std::all_of(numbers.begin(), numbers.end(), [&](int n) { return part(n) == part(numbers[0]); });
-    };
+    const auto same = [&](auto part) { return std::all_of(numbers.begin(), numbers.end(), [&](int n) { return part(n) == part(numbers[0]); }); };
     return same([&](int n) { return n % board.columns; }) || same([&](int n) { return n / board.columns; });
 }
 

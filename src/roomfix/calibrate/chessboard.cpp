@@ -195,7 +195,8 @@ std::string board_svg(const Chessboard& board) {
             const auto bits = marker_bits(board, marker.number);
             const double bit = side / static_cast<double>(bits.size());
             const double x0 = margin + marker.column * square + gap, y0 = margin + marker.row * square + gap;
-            squares += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n", number_text(x0), number_text(y0), number_text(side), number_text(side));
+            squares +=
+                fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>\n", number_text(x0), number_text(y0), number_text(side), number_text(side));
             for (std::size_t r = 0; r < bits.size(); ++r) {
                 for (std::size_t c = 0; c < bits.size(); ++c) {
                     if (!bits[r][c]) continue;
@@ -213,9 +214,8 @@ std::string board_svg(const Chessboard& board) {
         if (mm % 20 == 0)
             ruler += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", number_text(margin + mm), number_text(ruler_y + 4), mm);
     }
-    const std::string what =
-        fmt::format("{} x {} inner corners, squares of {:g} mm{}", board.columns, board.rows, square,
-                    board.markers ? fmt::format(", markers {} of {:g} mm", board.markers->dictionary, 1e3 * board.markers->size) : "");
+    const std::string what = fmt::format("{} x {} inner corners, squares of {:g} mm{}", board.columns, board.rows, square,
+                                         board.markers ? fmt::format(", markers {} of {:g} mm", board.markers->dictionary, 1e3 * board.markers->size) : "");
     return fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" font-family=\"sans-serif\" font-size=\"3.2\" "
         "shape-rendering=\"crispEdges\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n{2}{3}\n<text x=\"{4}\" y=\"{5}\">{6}</text>\n"

@@ -146,7 +146,7 @@ std::optional<Matrix6d> curved_covariance(const View& view, const std::vector<Fl
     for (const FloorSource& source : sources) count += source.sightings.size();
     if (count == 0 || count > few) return std::nullopt;
     constexpr int samples = 4000;
-    constexpr int freedom = 5;    // of the t distribution
+    constexpr int freedom = 5;     // of the t distribution
     constexpr double wider = 1.2;  // than what is normal
     Random random(1);
     const Matrix6d root = wider * Matrix6d(own.llt().matrixL());

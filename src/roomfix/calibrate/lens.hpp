@@ -27,8 +27,8 @@ struct LensCalibration {
     std::vector<double> shot_rms;                            // px, of each shot; 0 where it was refused
     std::vector<Eigen::Isometry3d> camera_from_board;        // of each shot
     std::vector<std::vector<Eigen::Vector2d>> residuals;     // px, of each shot's corners: seen - predicted
-    double disagreement = 1;                                 // times by which the covariance is larger for it: shots contradict each other more than noise explains
-    double coverage = 0;                                     // part of the picture (8 x 6 cells) in which corners were seen
+    double disagreement = 1;  // times by which the covariance is larger for it: shots contradict each other more than noise explains
+    double coverage = 0;      // part of the picture (8 x 6 cells) in which corners were seen
 
     int used() const;
 };

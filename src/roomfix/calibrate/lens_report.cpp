@@ -43,8 +43,9 @@ std::string coverage_picture(const LensCalibration& lens, const Chessboard& boar
         if (shot.numbers.empty()) {  // the whole board
             const auto at = [&](int i) { return shot.corners[static_cast<std::size_t>(i)]; };
             const Eigen::Vector2d a = at(0), b = at(board.columns - 1), c = at(board.corners() - 1), d = at(board.corners() - board.columns);
-            dots += fmt::format("<polygon points=\"{:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.5\"/>",
-                                a.x(), a.y(), b.x(), b.y(), c.x(), c.y(), d.x(), d.y(), good ? "#1f6fb2" : "#b3323f");
+            dots +=
+                fmt::format("<polygon points=\"{:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f} {:.0f},{:.0f}\" fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.5\"/>",
+                            a.x(), a.y(), b.x(), b.y(), c.x(), c.y(), d.x(), d.y(), good ? "#1f6fb2" : "#b3323f");
         }
         if (!good) continue;
         for (const Eigen::Vector2d& p : shot.corners)
@@ -147,8 +148,9 @@ std::string text_of(const LensCalibration& lens) {
     const ErrorMap map = error_map(lens);
     text += fmt::format("expected error of a ray: {:.3f} px on average, {:.3f} px at worst\n", map.mean, map.largest);
     if (disagrees(lens)) {
-        text += fmt::format("the shots contradict each other more than their corners' noise explains, and all is stated {:.1f} times less sure: is the board flat?\n",
-                            std::sqrt(lens.disagreement));
+        text += fmt::format(
+            "the shots contradict each other more than their corners' noise explains, and all is stated {:.1f} times less sure: is the board flat?\n",
+            std::sqrt(lens.disagreement));
     }
     if (lens.coverage < 0.7) text += "the board was not everywhere in the picture: the expected error is large where it was not; take shots there, too\n";
     return text;
@@ -163,7 +165,8 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         "td:first-child,th:first-child,td:last-child,th:last-child{{text-align:left}}.off{{color:#b3323f}}h2{{margin-top:1.6em}}"
         ".pictures{{display:grid;grid-template-columns:repeat(auto-fit,minmax(320px,1fr));gap:1.5em}}svg{{max-width:100%;height:auto}}figure{{margin:0}}"
         "figcaption{{color:#555}}</style></head><body>\n<h1>{0}</h1>\n"
-        "<p>{1} x {2} pixels, {3}. {4} of {5} shots used; rms {6:.3f} px per corner; the noise of a corner's coordinate is {7:.3f} px{17}. A ray is expected to be "
+        "<p>{1} x {2} pixels, {3}. {4} of {5} shots used; rms {6:.3f} px per corner; the noise of a corner's coordinate is {7:.3f} px{17}. A ray is expected "
+        "to be "
         "off by {8:.3f} px on average and {9:.3f} px at worst.</p>\n<h2>Numbers</h2><table><tr><th></th><th>value</th><th>standard "
         "deviation</th></tr>\n{10}</table>\n"
         "<h2>Pictures</h2><div class=\"pictures\"><figure>{11}<figcaption>Where corners were seen ({12:.0f} % of the picture); red: boards that are not "
@@ -175,9 +178,10 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         "px</th><th>board</th><th></th></tr>\n{15}</table>\n</body></html>\n",
         html_escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean,
         map.largest, parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens), map.least,
-        disagrees(lens) ? fmt::format("; shots contradict each other more than that explains (is the board flat?), so that all is stated {:.1f} times less sure",
-                                      std::sqrt(lens.disagreement))
-                        : "");
+        disagrees(lens)
+            ? fmt::format("; shots contradict each other more than that explains (is the board flat?), so that all is stated {:.1f} times less sure",
+                          std::sqrt(lens.disagreement))
+            : "");
 }
 
 }  // namespace roomfix

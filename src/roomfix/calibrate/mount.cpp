@@ -119,8 +119,8 @@ void add_step(const State& state, std::size_t i, const OdometryStep& step, const
     by_wheels << -step.way, 0.5 * dt * by_angle, 0, -dt;
     const double length = step.way.norm(), rest = noise.still * noise.still * dt;
     const Eigen::Vector3d variance(noise.along * noise.along * length + rest, noise.across * noise.across * length + rest,
-                                   noise.turn_per_metre * noise.turn_per_metre * length + noise.turn_per_radian * noise.turn_per_radian * std::abs(step.turned) +
-                                       noise.still_turn * noise.still_turn * dt);
+                                   noise.turn_per_metre * noise.turn_per_metre * length +
+                                       noise.turn_per_radian * noise.turn_per_radian * std::abs(step.turned) + noise.still_turn * noise.still_turn * dt);
     const Eigen::Matrix3d weight = variance.cwiseInverse().asDiagonal();
     equations.add<3, 2, 6>(residual, weight, first_shared, by_wheels, of_frame(i - 1), by_poses);
 }
@@ -295,13 +295,13 @@ Result<void> enough_motion(const State& state, const MountSettings& settings, Mo
     result.with_wheels = state.with_wheels();
     for (const auto& step : state.driven) result.driven += step ? step->way.norm() : 0;
     if (!state.with_wheels() && result.turned < settings.least_turn) {
-        return Error{fmt::format(
-            "the robot turned through {:.0f} deg only: let it make a full turn on the spot, or record its odometry, too, and let it turn and drive",
-            degrees(result.turned))};
+        return Error{
+            fmt::format("the robot turned through {:.0f} deg only: let it make a full turn on the spot, or record its odometry, too, and let it turn and drive",
+                        degrees(result.turned))};
     }
     if (state.with_wheels() && result.turned < settings.least_drive_turn && result.driven < settings.least_drive) {
-        return Error{fmt::format("the robot hardly moved ({:.0f} deg, {:.2f} m): let it turn and drive below the landmarks", degrees(result.turned),
-                                 result.driven)};
+        return Error{
+            fmt::format("the robot hardly moved ({:.0f} deg, {:.2f} m): let it turn and drive below the landmarks", degrees(result.turned), result.driven)};
     }
     return {};
 }

@@ -42,12 +42,12 @@ struct MountCalibration {
     double pixel_rms = 0;                                       // px, per coordinate
     double turned = 0;                                          // rad covered by the headings
     int frames = 0;
-    int refused = 0;          // frames that contradict the others
+    int refused = 0;  // frames that contradict the others
     bool with_wheels = false;
-    double spot_sigma = 0;    // m: how well the robot turned on the spot; without wheels
-    double driven = 0;        // m; with wheels
-    double wheel_scale = 0;   // true way = (1 + scale) * measured way; with wheels
-    double wheel_drift = 0;   // rad/s, true turning = measured turning + drift * time; with wheels
+    double spot_sigma = 0;                  // m: how well the robot turned on the spot; without wheels
+    double driven = 0;                      // m; with wheels
+    double wheel_scale = 0;                 // true way = (1 + scale) * measured way; with wheels
+    double wheel_drift = 0;                 // rad/s, true turning = measured turning + drift * time; with wheels
     std::vector<std::string> not_observed;  // what this session cannot tell; the site file's value is kept, with its sigma
 };
 

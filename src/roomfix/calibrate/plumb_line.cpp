@@ -51,7 +51,9 @@ public:
 
 private:
     static constexpr double size = 2;  // px
-    static std::pair<int, int> cell(const Eigen::Vector2d& p) { return {static_cast<int>(std::floor(p.x() / size)), static_cast<int>(std::floor(p.y() / size))}; }
+    static std::pair<int, int> cell(const Eigen::Vector2d& p) {
+        return {static_cast<int>(std::floor(p.x() / size)), static_cast<int>(std::floor(p.y() / size))};
+    }
     const std::vector<EdgePoint>& points_;
     std::map<std::pair<int, int>, std::vector<std::size_t>> cells_;
 };
@@ -204,7 +206,8 @@ CameraModel first_lens(const CameraModel& given, const std::vector<LongEdge>& ed
             all[5] = k2;
             tried.set_intrinsics(all);
             double cost = 0;
-            for (const LongEdge& edge : thinned) cost += static_cast<double>(edge.points.size()) * std::min(std::pow(rms_of(tried, edge), 2), crooked * crooked);
+            for (const LongEdge& edge : thinned)
+                cost += static_cast<double>(edge.points.size()) * std::min(std::pow(rms_of(tried, edge), 2), crooked * crooked);
             if (cost >= least) continue;
             least = cost;
             best = tried;
@@ -218,7 +221,8 @@ void drop_repeated(std::vector<LongEdge>& edges) {
     constexpr double same = 4;  // px
     const auto covers = [&](const LongEdge& longer, const LongEdge& edge) {
         for (const std::size_t i : {std::size_t{0}, edge.points.size() / 2, edge.points.size() - 1}) {
-            const bool near = std::any_of(longer.points.begin(), longer.points.end(), [&](const Eigen::Vector2d& p) { return (p - edge.points[i]).norm() < same; });
+            const bool near =
+                std::any_of(longer.points.begin(), longer.points.end(), [&](const Eigen::Vector2d& p) { return (p - edge.points[i]).norm() < same; });
             if (!near) return false;
         }
         return true;
@@ -334,8 +338,9 @@ std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const Plu
 
 Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& start, const PlumbLineSettings& settings) {
     const auto too_few = [&](std::size_t count) {
-        return Error{fmt::format("{} long edges that can be straight, {} or more are needed: take pictures with door frames, skirtings and ceiling edges all over",
-                                 count, settings.least_lines)};
+        return Error{
+            fmt::format("{} long edges that can be straight, {} or more are needed: take pictures with door frames, skirtings and ceiling edges all over",
+                        count, settings.least_lines)};
     };
     if (start.kind != Distortion::plumb_bob) {
         return Error{fmt::format("the camera's lens is of the kind {}: straight lines are made straight for plumb_bob only; use a board", name_of(start.kind))};

@@ -11,12 +11,12 @@
 namespace roomfix {
 
 struct PlumbLineSettings {
-    double least_length = 0.18;    // of the picture's width: shorter edges say too little
-    double largest_turn = 0.5;     // rad along an edge: more is no straight edge behind any lens of this kind
-    std::size_t least_lines = 12;  // that are believed
-    double outlier = 3;            // an edge that is so many times less straight than most is bent in truth
+    double least_length = 0.18;      // of the picture's width: shorter edges say too little
+    double largest_turn = 0.5;       // rad along an edge: more is no straight edge behind any lens of this kind
+    std::size_t least_lines = 12;    // that are believed
+    double outlier = 3;              // an edge that is so many times less straight than most is bent in truth
     double tangential_sigma = 5e-4;  // of p1 and p2 before anything is seen
-    double centre_sigma = 0.03;    // of the picture's width: how far the lens's middle may be off the one in the model, each coordinate
+    double centre_sigma = 0.03;      // of the picture's width: how far the lens's middle may be off the one in the model, each coordinate
 };
 
 /// An edge that was followed through a picture, px.
@@ -32,14 +32,14 @@ std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const Plu
 struct PlumbLine {
     CameraModel model;                                       // plumb_bob; k1, k2, p1, p2 and the image centre are found, the focal length stays
     IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();  // of these six, for this focal length
-    std::vector<LongEdge> edges;  // the longest first; one that is in several pictures, once
+    std::vector<LongEdge> edges;                             // the longest first; one that is in several pictures, once
     int used = 0;
     double before = 0;  // px rms by which the used edges are off straight lines with the lens that was given ...
     double rms = 0;     // ... and with the one that was found
 };
 
-/// Least squares over k1, k2, p1, p2 and the image centre, the last four with priors; each edge has its own straight line. Edges that are not straight then are left out, and it
-/// begins anew. The covariance is that of edges that are each off in their own way, not of points. Errors: too few edges, or a lens that they
+/// Least squares over k1, k2, p1, p2 and the image centre, the last four with priors; each edge has its own straight line. Edges that are not straight then are
+/// left out, and it begins anew. The covariance is that of edges that are each off in their own way, not of points. Errors: too few edges, or a lens that they
 /// do not fix. Source: Brown 1971, analytical plumb line calibration.
 Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& start, const PlumbLineSettings& settings = {});
 

@@ -79,7 +79,8 @@ Fit linearise(LumaView picture, const Eigen::Vector2d& start, double radius, con
 
 std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const SaddleEdge& a, const SaddleEdge& b, double radius) {
     const double margin = radius + 1;
-    if (!(start.x() >= margin && start.y() >= margin && start.x() <= picture.width - 1 - margin && start.y() <= picture.height - 1 - margin)) return std::nullopt;
+    if (!(start.x() >= margin && start.y() >= margin && start.x() <= picture.width - 1 - margin && start.y() <= picture.height - 1 - margin))
+        return std::nullopt;
     Numbers n;
     n << start, std::atan2(a.along.y(), a.along.x()), std::atan2(b.along.y(), b.along.x()), 1, 0, 128, 0, 0;
     const Eigen::Vector2d bends(a.bend, b.bend);

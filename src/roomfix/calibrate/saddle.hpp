@@ -21,9 +21,9 @@ struct SaddleEdge {
     double bend = 0;
 };
 
-/// Fits the product of two blurred steps, under light that falls off evenly, to all pixels within `radius` px of `start`, which is within a pixel or so of the truth.
-/// Bends are taken as they are. Nothing where that leads elsewhere or out of the picture. The
-/// pattern looks the same turned by half a circle, so neither the camera's tone curve nor the blur's shape moves the place that is found.
+/// Fits the product of two blurred steps, under light that falls off evenly, to all pixels within `radius` px of `start`, which is within a pixel or so of the
+/// truth. Bends are taken as they are. Nothing where that leads elsewhere or out of the picture. The pattern looks the same turned by half a circle, so neither
+/// the camera's tone curve nor the blur's shape moves the place that is found.
 std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start, const SaddleEdge& a, const SaddleEdge& b, double radius);
 
 }  // namespace roomfix

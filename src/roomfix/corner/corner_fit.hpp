@@ -45,8 +45,8 @@ struct EdgePiece {
     EdgeStep step;
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of the piece, camera frame, in ceiling distances
     Vector5d slope = Vector5d::Zero();                 // d(offset wanted) / d(unknowns), px
-    double lift = 0;                    // px of offset per ceiling distance that the whole corner rises
-    bool seen = false;                  // there is a step where it should be
+    double lift = 0;                                   // px of offset per ceiling distance that the whole corner rises
+    bool seen = false;                                 // there is a step where it should be
 };
 
 struct CornerFit {

@@ -16,7 +16,7 @@ namespace {
 
 const Chessboard printed_board{11, 8, 0.020};  // fills a sheet of A4
 constexpr int spin_frames = 90;
-constexpr double spot_wobble = 0.002;  // m
+constexpr double spot_wobble = 0.002;   // m
 constexpr double frame_interval = 0.2;  // s, of a drive
 
 /// A frame as seen_turn() and seen_drive() give it. Nothing where an LED is out of sight.

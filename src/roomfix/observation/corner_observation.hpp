@@ -34,11 +34,11 @@ struct EdgeSighting {
 
 struct CornerObservation {
     CornerView view;
-    double wall_angle = std::numbers::pi / 2;    // rad, between the two walls, inside the room
+    double wall_angle = std::numbers::pi / 2;  // rad, between the two walls, inside the room
     // Rotation about the corner's x, y, z (rad): true = Exp(d) * corner_from_camera; then place. As if the intrinsics were exact.
     Matrix5d covariance = Matrix5d::Identity();
     CornerByIntrinsics by_intrinsics = CornerByIntrinsics::Zero();  // had they been others, the view would be another, too
-    double weight = 1;                           // among all that one picture may show
+    double weight = 1;                                              // among all that one picture may show
     Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
     std::array<EdgeSighting, 3> edges;
 
