@@ -13,6 +13,18 @@ namespace {
 
 CameraOnRobot level() { return {kim2011_spin_scenario(1, 0).site.cameras[0].model, {looking_up(0.30), Matrix6d::Zero()}}; }
 
+/// A camera that was placed by tape, about level.
+CameraOnRobot carelessly_mounted(const MountSettings& settings, double heading_sigma, Random& random) {
+    CameraOnRobot camera = level();
+    Vector6d error = Vector6d::Zero();
+    for (int k = 0; k < 3; ++k) error[k] = random.normal(settings.position_sigma);
+    error[3] = random.normal(radians(0.5));
+    error[4] = random.normal(radians(0.5));
+    if (heading_sigma > 0) error[5] = random.normal(heading_sigma);
+    camera.robot_from_camera.pose = perturbed(camera.robot_from_camera.pose, error);
+    return camera;
+}
+
 TEST(CalibrateMount, FindsTheTiltAndItsCovarianceIsTrue) {
     // Six unknowns, of which the heading keeps its prior (no error here): 5 seen ones over 60 runs, 5 +- 1.6 is a false alarm in 1e-4.
     Random random(3);
@@ -20,12 +32,7 @@ TEST(CalibrateMount, FindsTheTiltAndItsCovarianceIsTrue) {
     constexpr int runs = 60;
     const MountSettings settings{.point_sigma = 1e-6};
     for (int i = 0; i < runs; ++i) {
-        CameraOnRobot truth = level();
-        Vector6d error = Vector6d::Zero();
-        for (int k = 0; k < 3; ++k) error[k] = random.normal(settings.position_sigma);
-        error[3] = random.normal(radians(0.5));
-        error[4] = random.normal(radians(0.5));
-        truth.robot_from_camera.pose = perturbed(truth.robot_from_camera.pose, error);
+        const CameraOnRobot truth = carelessly_mounted(settings, 0, random);
         const auto found = calibrate_mount(level(), seen_turn(truth, 2 * std::numbers::pi, 60, 0.02, 0.002, random), settings);
         ASSERT_TRUE(found) << found.error().message;
         Vector6d off;
@@ -45,13 +52,7 @@ TEST(CalibrateMount, ADriveShowsTheHeadingToo) {
     constexpr int runs = 40;
     const MountSettings settings{.point_sigma = 1e-6};
     for (int i = 0; i < runs; ++i) {
-        CameraOnRobot truth = level();
-        Vector6d error;
-        for (int k = 0; k < 3; ++k) error[k] = random.normal(settings.position_sigma);
-        error[3] = random.normal(radians(0.5));
-        error[4] = random.normal(radians(0.5));
-        error[5] = random.normal(settings.heading_sigma);
-        truth.robot_from_camera.pose = perturbed(truth.robot_from_camera.pose, error);
+        const CameraOnRobot truth = carelessly_mounted(settings, settings.heading_sigma, random);
         const SeenDrive drive = seen_drive(truth, 0.02, 300 + static_cast<std::uint64_t>(i));
         const auto found = calibrate_mount(level(), drive.frames, settings, drive.wheels);
         ASSERT_TRUE(found) << found.error().message;

@@ -190,14 +190,14 @@ BoardShot find_charuco(LumaView picture, const Chessboard& board, const std::str
     shot.name = name;
     const cv::Mat image(picture.height, picture.width, CV_8U, const_cast<std::uint8_t*>(picture.data), static_cast<std::size_t>(picture.stride));
     const std::map<int, std::vector<cv::Point2f>> seen = detect(image, board);
+    if (seen.empty()) {
+        shot.refused = fmt::format("no markers of {} found", board.markers->dictionary);
+        return shot;
+    }
     Reading reading = read(board, seen, false);
     if (board.rows % 2 == 1) {  // an even number of rows of squares
         Reading old = read(board, seen, true);
         if (old.corners.size() > reading.corners.size()) reading = std::move(old);
-    }
-    if (seen.empty()) {
-        shot.refused = fmt::format("no markers of {} found", board.markers->dictionary);
-        return shot;
     }
     // Nearest edges of the markers must stay out of sight.
     const double free = std::max(1.3 * (1 - board.markers->size / board.square) / 2, 0.12);
