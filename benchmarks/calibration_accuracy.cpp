@@ -115,9 +115,7 @@ FloorRun calibrate_floor_once(bool joints, std::uint64_t seed) {
     }
     run.doubtful = !found || found->rival;
     if (run.doubtful) return run;
-    Vector6d off;
-    off << found->map_from_camera.pose.translation() - truth.position(),
-        rotation_vector(found->map_from_camera.pose.linear() * truth.map_from_camera.pose.linear().transpose());
+    const Vector6d off = error_between(truth.map_from_camera.pose, found->map_from_camera.pose);
     run.off = off;
     run.sigma = found->map_from_camera.covariance.diagonal().cwiseSqrt();
     run.nees = off.dot(found->map_from_camera.covariance.ldlt().solve(off));
@@ -178,9 +176,7 @@ void measure_mount(bool drives, int runs) {
         const auto found = calibrate_mount(level, seen.frames, settings, seen.wheels);
         if (!found) continue;
         ++good;
-        Vector6d off;
-        off << found->robot_from_camera.pose.translation() - truth.robot_from_camera.pose.translation(),
-            rotation_vector(found->robot_from_camera.pose.linear() * truth.robot_from_camera.pose.linear().transpose());
+        const Vector6d off = error_between(truth.robot_from_camera.pose, found->robot_from_camera.pose);
         const Matrix6d& c = found->robot_from_camera.covariance;
         for (int k = 0; k < (drives ? 6 : 5); ++k) coverage.add(off[k], std::sqrt(c(k, k)));
         nees += drives ? off.dot(c.ldlt().solve(off)) : off.head<5>().dot(c.topLeftCorner<5, 5>().ldlt().solve(off.head<5>()));

@@ -30,12 +30,6 @@ FloorSource clicked_tile(const View& truth, double noise, Random& random) {
     return clicks;
 }
 
-Vector6d difference(const Eigen::Isometry3d& found, const Eigen::Isometry3d& truth) {
-    Vector6d off;
-    off << found.translation() - truth.translation(), rotation_vector(found.linear() * truth.linear().transpose());
-    return off;
-}
-
 TEST(CalibrateFloor, FourClicksOnATileKnowHowGoodTheyAre) {
     // NEES of six unknowns over 200 runs: 6 +- 4 * sqrt(2 * 6 / 200) is a false alarm in 1e-4; the tail is not quite Gaussian.
     Random random(3);
@@ -50,7 +44,7 @@ TEST(CalibrateFloor, FourClicksOnATileKnowHowGoodTheyAre) {
             ++doubtful;
             continue;
         }
-        const Vector6d off = difference(found->map_from_camera.pose, truth.map_from_camera.pose);
+        const Vector6d off = error_between(truth.map_from_camera.pose, found->map_from_camera.pose);
         sum += off.dot(found->map_from_camera.covariance.inverse() * off);
         EXPECT_GT(found->floor_error, 0.02) << "one tile alone is not much";
     }

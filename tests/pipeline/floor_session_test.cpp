@@ -18,8 +18,7 @@ Site lab() {
 }
 
 double squared_distance(const FloorCalibration& found, const Eigen::Isometry3d& truth) {
-    Vector6d off;
-    off << found.map_from_camera.pose.translation() - truth.translation(), rotation_vector(found.map_from_camera.pose.linear() * truth.linear().transpose());
+    const Vector6d off = error_between(truth, found.map_from_camera.pose);
     return off.dot(found.map_from_camera.covariance.inverse() * off);
 }
 

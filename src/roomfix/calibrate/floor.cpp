@@ -73,8 +73,7 @@ Linearised linearise(const View& view, const FloorSource& source) {
     for (const FloorSighting& s : source.sightings) add_sighting(view, source, s, l);
     if (!source.pose) return l;
     const Matrix6d weight = source.pose->covariance.inverse();
-    Vector6d r;
-    r << source.pose->pose.translation() - view.position(), rotation_vector(source.pose->pose.linear() * view.map_from_camera.pose.linear().transpose());
+    const Vector6d r = error_between(view.map_from_camera.pose, source.pose->pose);
     l.information += weight;
     l.gradient += weight * r;
     l.cost += r.dot(weight * r);
@@ -239,7 +238,7 @@ Result<FloorCalibration> calibrate_floor(const CameraModel& model, const Intrins
         View other = view;
         other.map_from_camera.pose = *mirrored;
         auto there = refine(other, sources);
-        const bool another = rotation_vector(other.map_from_camera.pose.linear() * view.map_from_camera.pose.linear().transpose()).norm() > 0.02;
+        const bool another = error_between(view.map_from_camera.pose, other.map_from_camera.pose).tail<3>().norm() > 0.02;
         if (visible(there) && another && cost_of(there) < cost_of(at)) {
             std::swap(view, other);
             std::swap(at, there);

@@ -70,13 +70,6 @@ Vector6d prior_sigmas(const MountSettings& s) {
     return (Vector6d() << s.position_sigma, s.position_sigma, s.position_sigma, s.tilt_sigma, s.tilt_sigma, s.heading_sigma).finished();
 }
 
-/// How far `pose` is from `start`, as an error vector of UncertainPose3.
-Vector6d difference(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& start) {
-    Vector6d d;
-    d << pose.translation() - start.translation(), rotation_vector(pose.linear() * start.linear().transpose());
-    return d;
-}
-
 /// The landmarks' points that a frame shows. False if one would be out of view.
 bool add_points(const State& state, std::size_t i, Equations& equations) {
     for (const SeenPoint& point : state.frames[i].points) {
@@ -138,7 +131,7 @@ std::optional<Equations> equations_of(const State& state, const Eigen::Isometry3
     }
     Eigen::Matrix<double, first_frame, 1> weight = Eigen::Matrix<double, first_frame, 1>::Zero();
     weight.head<6>() = prior_sigmas(settings).cwiseAbs2().cwiseInverse();
-    equations.gradient.head<6>() -= weight.head<6>().cwiseProduct(difference(state.camera.robot_from_camera.pose, start));
+    equations.gradient.head<6>() -= weight.head<6>().cwiseProduct(error_between(start, state.camera.robot_from_camera.pose));
     if (state.with_wheels()) {
         weight[first_shared] = 1 / (settings.scale_sigma * settings.scale_sigma);
         weight[first_shared + 1] = 1 / (settings.drift_sigma * settings.drift_sigma);
@@ -352,7 +345,7 @@ Result<MountCalibration> calibrate_mount(const CameraOnRobot& start, std::vector
     const Matrix6d all = covariance + result.by_intrinsics * start.intrinsics.covariance * result.by_intrinsics.transpose();
     result.tilt_sigma = std::sqrt(std::max(all(3, 3), all(4, 4)));
     const double rise = state.frames[0].points.back().map.z() - found.translation().z();
-    result.offset = (offset_jacobian(rise) * difference(found, before)).norm();
+    result.offset = (offset_jacobian(rise) * error_between(before, found)).norm();
     result.not_observed = not_observed(covariance, prior_sigmas(settings));
     return result;
 }

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/base/text_file.hpp"
 
 namespace roomfix {
 namespace {
@@ -101,11 +100,9 @@ Result<OdometryBatch> parse_odometry(std::string_view text, const Site& site, in
 }
 
 Result<OdometryBatch> load_odometry(const std::string& file, const Site& site, int robot) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return Error{fmt::format("{}: cannot be read: check the odometry's 'source'", file)};
-    std::ostringstream text;
-    text << stream.rdbuf();
-    auto batch = parse_odometry(text.str(), site, robot);
+    const auto text = read_text(file);
+    if (!text) return Error{text.error().message + " (the odometry's 'source')"};
+    auto batch = parse_odometry(*text, site, robot);
     if (!batch) return Error{file + ": " + batch.error().message};
     for (std::string& problem : batch->problems) problem.insert(0, file + ", ");
     return batch;

@@ -36,12 +36,35 @@ private:
     std::vector<cv::Rect> written_;
 };
 
+/// A picture to draw on, `zoom` times as large as the frame, in colour.
+struct Enlarged {
+    cv::Mat picture;
+    double zoom = 1;
+
+    /// Where a point of the frame (px, the centre of the first pixel at 0) is drawn, sixteenths of a pixel.
+    cv::Point place(const Eigen::Vector2d& p) const {
+        const Eigen::Vector2d at = 16 * ((p.array() + 0.5) * zoom - 0.5);
+        return {static_cast<int>(at.x()), static_cast<int>(at.y())};
+    }
+    cv::Point place(const Eigen::Vector2f& p) const { return place(Eigen::Vector2d(p.cast<double>())); }
+    cv::Point place(double x, double y) const { return place(Eigen::Vector2d(x, y)); }
+};
+
 cv::Mat in_colour(LumaView frame) {
     const cv::Mat grey(frame.height, frame.width, CV_8UC1, const_cast<std::uint8_t*>(frame.data), static_cast<std::size_t>(frame.stride));
     cv::Mat picture;
     cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
     return picture;
 }
+
+Enlarged enlarged(LumaView frame, double zoom, int interpolation) {
+    Enlarged large{.picture = {}, .zoom = zoom};
+    cv::resize(in_colour(frame), large.picture, {}, zoom, zoom, interpolation);
+    return large;
+}
+
+/// Small pictures twice as large.
+Enlarged enlarged(LumaView frame) { return enlarged(frame, frame.width < 1000 ? 2 : 1, cv::INTER_LINEAR); }
 
 /// Along the lower edge.
 void write_caption(cv::Mat& picture, const std::string& caption) {
@@ -50,171 +73,120 @@ void write_caption(cv::Mat& picture, const std::string& caption) {
     cv::putText(picture, caption, {6, picture.rows - 5}, cv::FONT_HERSHEY_SIMPLEX, 0.4, {255, 255, 255}, 1, cv::LINE_AA);
 }
 
-Error not_written(const std::filesystem::path& file) {
+Result<void> save(const std::filesystem::path& file, const cv::Mat& picture) {
+    try {
+        if (cv::imwrite(file.string(), picture)) return {};
+    } catch (const cv::Exception&) {  // no such format
+    }
     return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
 }
 
 }  // namespace
 
 Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
-                          const std::vector<std::string>& labels, const OverlayOptions& options) {
-    try {
-        cv::Mat picture = in_colour(frame);
-        for (int y = 0; options.foreground && y < frame.height; ++y) {
-            for (int x = 0; x < frame.width; ++x) {
-                if (options.foreground->at(x, y)) picture.at<cv::Vec3b>(y, x)[0] = 255;
-            }
-        }
-        const cv::Rect crop = options.crop_width > 0 ? cv::Rect(options.crop_x, options.crop_y, options.crop_width, options.crop_height)
-                                                     : cv::Rect(0, 0, frame.width, frame.height);
-        cv::Mat large;
-        cv::resize(picture(crop & cv::Rect(0, 0, frame.width, frame.height)), large, {}, options.zoom, options.zoom, cv::INTER_NEAREST);
-        // Sixteenths of a pixel; the centre of pixel 0 lies half a large pixel inside.
-        const auto place = [&](const Eigen::Vector2d& p) {
-            return cv::Point(static_cast<int>(16 * ((p.x() - crop.x + 0.5) * options.zoom - 0.5)),
-                             static_cast<int>(16 * ((p.y() - crop.y + 0.5) * options.zoom - 0.5)));
-        };
-        LabelWriter label_writer;
-        for (std::size_t i = 0; i < observations.size(); ++i) {
-            const SilhouetteObservation& o = observations[i];
-            std::vector<cv::Point> polygon;
-            for (const auto& corner : o.outline) polygon.push_back(place(corner.cast<double>()));
-            cv::polylines(large, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
-            const auto foot = project_map_point(view, {o.pose.x, o.pose.y, 0});
-            const auto nose = project_map_point(view, {o.pose.x + 0.4 * std::cos(o.pose.yaw), o.pose.y + 0.4 * std::sin(o.pose.yaw), 0});
-            if (foot && nose && o.yaw_known) cv::arrowedLine(large, place(*foot), place(*nose), heading_colour, 2, cv::LINE_AA, 4, 0.25);
-            if (foot) cv::circle(large, place(*foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
-            if (i < labels.size()) label_writer.write_above(large, cv::boundingRect(polygon), labels[i]);
-        }
-        if (cv::imwrite(file.string(), large)) return {};
-    } catch (const cv::Exception&) {
+                          const std::vector<std::string>& labels) {
+    Enlarged large = enlarged(frame, 1, cv::INTER_NEAREST);
+    LabelWriter label_writer;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+        const SilhouetteObservation& o = observations[i];
+        std::vector<cv::Point> polygon;
+        for (const auto& corner : o.outline) polygon.push_back(large.place(corner));
+        cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
+        const auto foot = project_map_point(view, {o.pose.x, o.pose.y, 0});
+        const auto nose = project_map_point(view, {o.pose.x + 0.4 * std::cos(o.pose.yaw), o.pose.y + 0.4 * std::sin(o.pose.yaw), 0});
+        if (foot && nose && o.yaw_known) cv::arrowedLine(large.picture, large.place(*foot), large.place(*nose), heading_colour, 2, cv::LINE_AA, 4, 0.25);
+        if (foot) cv::circle(large.picture, large.place(*foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
+        if (i < labels.size()) label_writer.write_above(large.picture, cv::boundingRect(polygon), labels[i]);
     }
-    return not_written(file);
+    return save(file, large.picture);
 }
 
 Result<void> save_floor_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<Eigen::Vector2d>& seen) {
-    try {
-        const int zoom = frame.width < 1000 ? 2 : 1;
-        cv::Mat large = in_colour(frame);
-        cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
-        const auto place = [&](const Eigen::Vector2d& p) {
-            return cv::Point(static_cast<int>(16 * ((p.x() + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((p.y() + 0.5) * zoom - 0.5)));
-        };
-        const auto line = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to, const cv::Scalar& colour, int thick) {
-            constexpr int pieces = 8;  // lenses bend straight lines
-            for (int i = 0; i < pieces; ++i) {
-                const Eigen::Vector2d a = from + (to - from) * i / pieces, b = from + (to - from) * (i + 1) / pieces;
-                const auto p = project_map_point(view, {a.x(), a.y(), 0}), q = project_map_point(view, {b.x(), b.y(), 0});
-                if (p && q && (view.model.contains(*p, -50) || view.model.contains(*q, -50)))
-                    cv::line(large, place(*p), place(*q), colour, thick, cv::LINE_AA, 4);
-            }
-        };
-        const int reach = static_cast<int>(std::ceil(8 * view.position().z()));
-        const Eigen::Vector2i here = view.position().head<2>().array().round().matrix().cast<int>();
-        cv::Mat grid = large.clone();
-        std::swap(grid, large);
-        for (int x = here.x() - reach; x <= here.x() + reach; ++x) {
-            for (int y = here.y() - reach; y <= here.y() + reach; ++y) {
-                line({x, y}, {x + 1, y}, outline_colour, 1);
-                line({x, y}, {x, y + 1}, outline_colour, 1);
-            }
+    Enlarged large = enlarged(frame);
+    const auto line = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to, const cv::Scalar& colour, int thick) {
+        constexpr int pieces = 8;  // lenses bend straight lines
+        for (int i = 0; i < pieces; ++i) {
+            const Eigen::Vector2d a = from + (to - from) * i / pieces, b = from + (to - from) * (i + 1) / pieces;
+            const auto p = project_map_point(view, {a.x(), a.y(), 0}), q = project_map_point(view, {b.x(), b.y(), 0});
+            if (p && q && (view.model.contains(*p, -50) || view.model.contains(*q, -50)))
+                cv::line(large.picture, large.place(*p), large.place(*q), colour, thick, cv::LINE_AA, 4);
         }
-        std::swap(grid, large);
-        cv::addWeighted(grid, 0.6, large, 0.4, 0, large);
-        for (const Eigen::Vector2d& p : seen) cv::circle(large, place(p), 16 * 3 / 2, lamp_colour, cv::FILLED, cv::LINE_AA, 4);
-        line({0, 0}, {1, 0}, heading_colour, 2);
-        line({0, 0}, {0, 1}, heading_colour, 2);
-        write_caption(large, "green: a grid of metres; red: what the calibration rests on; orange: the map's axes from its origin");
-        if (cv::imwrite(file.string(), large)) return {};
-    } catch (const cv::Exception&) {
+    };
+    const int reach = static_cast<int>(std::ceil(8 * view.position().z()));
+    const Eigen::Vector2i here = view.position().head<2>().array().round().matrix().cast<int>();
+    const cv::Mat bare = large.picture.clone();
+    for (int x = here.x() - reach; x <= here.x() + reach; ++x) {
+        for (int y = here.y() - reach; y <= here.y() + reach; ++y) {
+            line({x, y}, {x + 1, y}, outline_colour, 1);
+            line({x, y}, {x, y + 1}, outline_colour, 1);
+        }
     }
-    return not_written(file);
+    cv::addWeighted(large.picture, 0.6, bare, 0.4, 0, large.picture);
+    for (const Eigen::Vector2d& p : seen) cv::circle(large.picture, large.place(p), 16 * 3 / 2, lamp_colour, cv::FILLED, cv::LINE_AA, 4);
+    line({0, 0}, {1, 0}, heading_colour, 2);
+    line({0, 0}, {0, 1}, heading_colour, 2);
+    write_caption(large.picture, "green: a grid of metres; red: what the calibration rests on; orange: the map's axes from its origin");
+    return save(file, large.picture);
 }
 
 Result<void> save_edges_overlay(const std::filesystem::path& file, LumaView frame, const std::vector<std::vector<Eigen::Vector2d>>& straight,
                                 const std::vector<std::vector<Eigen::Vector2d>>& others) {
-    try {
-        const int zoom = frame.width < 1000 ? 2 : 1;
-        cv::Mat large = in_colour(frame);
-        cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
-        const auto draw = [&](const std::vector<std::vector<Eigen::Vector2d>>& edges, const cv::Scalar& colour) {
-            for (const auto& edge : edges) {
-                std::vector<cv::Point> line;
-                for (const Eigen::Vector2d& p : edge) {
-                    line.emplace_back(static_cast<int>(16 * ((p.x() + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((p.y() + 0.5) * zoom - 0.5)));
-                }
-                cv::polylines(large, line, false, colour, 2, cv::LINE_AA, 4);
-            }
-        };
-        draw(others, lamp_colour);
-        draw(straight, outline_colour);
-        write_caption(large, "green: edges that the calibration makes straight; red: left out");
-        if (cv::imwrite(file.string(), large)) return {};
-    } catch (const cv::Exception&) {
-    }
-    return not_written(file);
+    Enlarged large = enlarged(frame);
+    const auto draw = [&](const std::vector<std::vector<Eigen::Vector2d>>& edges, const cv::Scalar& colour) {
+        for (const auto& edge : edges) {
+            std::vector<cv::Point> line;
+            for (const Eigen::Vector2d& p : edge) line.push_back(large.place(p));
+            cv::polylines(large.picture, line, false, colour, 2, cv::LINE_AA, 4);
+        }
+    };
+    draw(others, lamp_colour);
+    draw(straight, outline_colour);
+    write_caption(large.picture, "green: edges that the calibration makes straight; red: left out");
+    return save(file, large.picture);
 }
 
 Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom) {
-    try {
-        cv::Mat large = in_colour(frame);
-        cv::resize(large, large, {}, zoom, zoom, cv::INTER_NEAREST);
-        const auto place = [&](double x, double y) {
-            return cv::Point(static_cast<int>(16 * ((x + 0.5) * zoom - 0.5)), static_cast<int>(16 * ((y + 0.5) * zoom - 0.5)));
-        };
-        for (const auto& [left, top, right, bottom] : overlay.lamps) {
-            cv::rectangle(large, place(left - 2, top - 2), place(right + 2, bottom + 2), lamp_colour, 1, cv::LINE_AA, 4);
-        }
-        for (const Eigen::Vector2f& spot : overlay.rejected) {
-            const double x = static_cast<double>(spot.x());
-            const double y = static_cast<double>(spot.y());
-            cv::line(large, place(x - 4, y - 4), place(x + 4, y + 4), lamp_colour, 1, cv::LINE_AA, 4);
-            cv::line(large, place(x - 4, y + 4), place(x + 4, y - 4), lamp_colour, 1, cv::LINE_AA, 4);
-        }
-        LabelWriter label_writer;
-        for (std::size_t i = 0; i < overlay.landmarks.size(); ++i) {
-            std::vector<cv::Point> polygon;
-            for (const PointSighting& point : overlay.landmarks[i].points) {
-                polygon.push_back(place(point.pixel.x(), point.pixel.y()));
-                cv::circle(large, polygon.back(), 5 * 16, outline_colour, 1, cv::LINE_AA, 4);
-            }
-            cv::polylines(large, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
-            if (i < overlay.names.size()) label_writer.write_above(large, cv::boundingRect(polygon), overlay.names[i]);
-        }
-        write_caption(large, overlay.caption);
-        if (cv::imwrite(file.string(), large)) return {};
-    } catch (const cv::Exception&) {
+    Enlarged large = enlarged(frame, zoom, cv::INTER_NEAREST);
+    for (const auto& [left, top, right, bottom] : overlay.lamps) {
+        cv::rectangle(large.picture, large.place(left - 2, top - 2), large.place(right + 2, bottom + 2), lamp_colour, 1, cv::LINE_AA, 4);
     }
-    return not_written(file);
+    for (const Eigen::Vector2f& spot : overlay.rejected) {
+        const double x = static_cast<double>(spot.x());
+        const double y = static_cast<double>(spot.y());
+        cv::line(large.picture, large.place(x - 4, y - 4), large.place(x + 4, y + 4), lamp_colour, 1, cv::LINE_AA, 4);
+        cv::line(large.picture, large.place(x - 4, y + 4), large.place(x + 4, y - 4), lamp_colour, 1, cv::LINE_AA, 4);
+    }
+    LabelWriter label_writer;
+    for (std::size_t i = 0; i < overlay.landmarks.size(); ++i) {
+        std::vector<cv::Point> polygon;
+        for (const PointSighting& point : overlay.landmarks[i].points) {
+            polygon.push_back(large.place(point.pixel.x(), point.pixel.y()));
+            cv::circle(large.picture, polygon.back(), 5 * 16, outline_colour, 1, cv::LINE_AA, 4);
+        }
+        cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
+        if (i < overlay.names.size()) label_writer.write_above(large.picture, cv::boundingRect(polygon), overlay.names[i]);
+    }
+    write_caption(large.picture, overlay.caption);
+    return save(file, large.picture);
 }
 
 Result<void> save_corner_overlay(const std::filesystem::path& file, LumaView frame, const CornerOverlay& overlay, int zoom) {
-    try {
-        cv::Mat large = in_colour(frame);
-        cv::resize(large, large, {}, zoom, zoom, cv::INTER_LINEAR);
-        const auto place = [&](const Eigen::Vector2f& p) {
-            const float half = 0.5f;
-            const float scale = static_cast<float>(zoom);
-            return cv::Point(static_cast<int>(16 * ((p.x() + half) * scale - half)), static_cast<int>(16 * ((p.y() + half) * scale - half)));
-        };
-        cv::Mat faint = large.clone();
-        for (const RejectedLine& line : overlay.rejected) cv::line(faint, place(line.from), place(line.to), lamp_colour, 1, cv::LINE_AA, 4);
-        cv::addWeighted(faint, 0.35, large, 0.65, 0, large);
-        LabelWriter label_writer;
-        if (overlay.corner) {
-            for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
-                const auto& ends = overlay.corner->edges[edge].ends;
-                cv::line(large, place(ends[0]), place(ends[1]), edge == wall_edge ? heading_colour : outline_colour, 2, cv::LINE_AA, 4);
-            }
-            const cv::Point middle = place(overlay.corner->pixel);
-            cv::circle(large, middle, 5 * 16, {255, 255, 255}, 1, cv::LINE_AA, 4);
-            if (!overlay.name.empty()) label_writer.write_above(large, cv::Rect(middle.x, middle.y - 8 * 16, 1, 1), overlay.name);
+    Enlarged large = enlarged(frame, zoom, cv::INTER_LINEAR);
+    cv::Mat faint = large.picture.clone();
+    for (const RejectedLine& line : overlay.rejected) cv::line(faint, large.place(line.from), large.place(line.to), lamp_colour, 1, cv::LINE_AA, 4);
+    cv::addWeighted(faint, 0.35, large.picture, 0.65, 0, large.picture);
+    LabelWriter label_writer;
+    if (overlay.corner) {
+        for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+            const auto& ends = overlay.corner->edges[edge].ends;
+            cv::line(large.picture, large.place(ends[0]), large.place(ends[1]), edge == wall_edge ? heading_colour : outline_colour, 2, cv::LINE_AA, 4);
         }
-        write_caption(large, overlay.caption);
-        if (cv::imwrite(file.string(), large)) return {};
-    } catch (const cv::Exception&) {
+        const cv::Point middle = large.place(overlay.corner->pixel);
+        cv::circle(large.picture, middle, 5 * 16, {255, 255, 255}, 1, cv::LINE_AA, 4);
+        if (!overlay.name.empty()) label_writer.write_above(large.picture, cv::Rect(middle.x, middle.y - 8 * 16, 1, 1), overlay.name);
     }
-    return not_written(file);
+    write_caption(large.picture, overlay.caption);
+    return save(file, large.picture);
 }
 
 }  // namespace roomfix

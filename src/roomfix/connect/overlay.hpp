@@ -10,23 +10,16 @@
 #include "roomfix/base/result.hpp"
 #include "roomfix/corner/corner_observer.hpp"
 #include "roomfix/geometry/view.hpp"
-#include "roomfix/imaging/bit_mask.hpp"
 #include "roomfix/imaging/luma.hpp"
 #include "roomfix/observation/landmark_observation.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
 
 namespace roomfix {
 
-struct OverlayOptions {
-    const BitMask* foreground = nullptr;  // tinted if given
-    int zoom = 1;
-    int crop_x = 0, crop_y = 0, crop_width = 0, crop_height = 0;  // 0: the whole picture
-};
-
 /// Writes the frame with each robot's outline, its heading on the floor and a label as PNG or JPEG. `labels` has one text
 /// per observation.
 Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
-                          const std::vector<std::string>& labels, const OverlayOptions& options = {});
+                          const std::vector<std::string>& labels);
 
 /// Writes the frame with a grid of metres on the floor (map axes), the pixels that a calibration rests on, and where the map's origin and
 /// axes are, if in sight.

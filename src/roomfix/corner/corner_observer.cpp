@@ -301,7 +301,7 @@ CornerObservation CornerObserver::observation_of(const CornerFit& fit, double wa
     observation.view = fit.view;
     observation.wall_angle = wall_angle;
     observation.covariance = fit.information.inverse() * std::max(1.0, fit.spread);
-    observation.by_intrinsics = view_by_intrinsics(model_, fit, settings_.fit);
+    if (settings_.by_intrinsics) observation.by_intrinsics = view_by_intrinsics(model_, fit, settings_.fit);
     if (const auto pixel = corner_pixel(model_, fit.view, wall_angle)) observation.pixel = pixel->cast<float>();
     const auto support = edge_support(fit, settings_.straightness);
     for (std::size_t i = 0; i < 3; ++i) {

@@ -39,6 +39,7 @@ struct CornerSettings {
     double tilt_sigma = 0.17;        // rad
     double largest_doubt = 6;        // half a squared number of standard deviations from that
     double least_weight = 0.02;      // of an explanation that is reported
+    bool by_intrinsics = true;       // tell how the view moves with the camera's numbers; an exact lens needs none of it
 };
 
 /// What is known besides the picture.

@@ -74,6 +74,13 @@ inline Eigen::Isometry3d perturbed(const Eigen::Isometry3d& pose, const Vector6d
     return moved;
 }
 
+/// The inverse: the error vector that moves `from` to `to`.
+inline Vector6d error_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+    Vector6d d;
+    d << to.translation() - from.translation(), rotation_vector(to.linear() * from.linear().transpose());
+    return d;
+}
+
 /// map_from_camera of a camera at `position` whose optical axis points at `target` (m, map), without roll.
 /// The axis must not be vertical.
 inline Eigen::Isometry3d looking_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target) {

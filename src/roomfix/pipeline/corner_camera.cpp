@@ -17,6 +17,12 @@ Result<std::unique_ptr<CornerCamera>> CornerCamera::for_camera(const Site& site,
     return std::unique_ptr<CornerCamera>(new CornerCamera(site, camera, *locator));
 }
 
+CornerSettings CornerCamera::settings_for(const SiteCamera& camera) {
+    CornerSettings settings;
+    settings.by_intrinsics = !camera.intrinsics_covariance.isZero(0);
+    return settings;
+}
+
 void CornerCamera::look(LumaView frame, const CameraHints& hints, CornerCameraResult& result) {
     observer_.observe(frame, locator_.expected(hints), result.seen);
     locator_.locate(result.seen.corners, hints, result.located);

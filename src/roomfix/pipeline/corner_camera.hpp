@@ -40,8 +40,10 @@ public:
     Fix fix_of(const CornerCameraResult& result, Nanoseconds time, const std::vector<std::string>& sources) const;
 
 private:
+    static CornerSettings settings_for(const SiteCamera& camera);
+
     CornerCamera(const Site& site, const SiteCamera& camera, const CornerLocator& locator)
-        : site_(site), locator_(locator), observer_(camera.model, locator.wall_angles()) {}
+        : site_(site), locator_(locator), observer_(camera.model, locator.wall_angles(), settings_for(camera)) {}
 
     Site site_;
     CornerLocator locator_;
