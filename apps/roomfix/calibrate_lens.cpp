@@ -20,6 +20,7 @@ struct Arguments {
     double square_mm = 25;
     std::string markers;
     double marker_mm = 0;
+    bool exact_board = false;
     std::string model = "plumb_bob";
     std::string report, camera_info, from, print_board;
     std::string site, camera;
@@ -114,7 +115,8 @@ int calibrate_lens_command(const Arguments& arguments) {
     int width = 0, height = 0;
     auto shots = shots_of(arguments, *board, width, height);
     if (!shots) return give_up(shots.error());
-    const auto lens = calibrate_lens(std::move(*shots), width, height, *board, {.kind = *distortion_named(arguments.model)});
+    const auto lens =
+        calibrate_lens(std::move(*shots), width, height, *board, {.kind = *distortion_named(arguments.model), .exact_board = arguments.exact_board});
     if (!lens) return give_up(lens.error());
     fmt::print("{}", text_of(*lens));
     const std::string name = arguments.camera.empty() ? "camera" : arguments.camera;
@@ -137,6 +139,7 @@ void add_calibrate_lens(CLI::App& calibrate, int& exit_code) {
     auto* marker = lens->add_option("--marker-mm", arguments->marker_mm, "edge of a marker with its black border, mm")->check(CLI::Range(0.1, 10000.0));
     lens->add_option("--charuco", arguments->markers, "the board has markers of this dictionary in its white squares: DICT_4X4_50, DICT_5X5_250, ...")
         ->needs(marker);
+    lens->add_flag("--exact-board", arguments->exact_board, "the board is a screen or an engraved plate: its shape is not measured along with the lens");
     lens->add_option("--model", arguments->model, "kind of lens")
         ->capture_default_str()
         ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));

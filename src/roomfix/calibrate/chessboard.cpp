@@ -21,6 +21,8 @@ constexpr double sharp_enough = 4;          // px: never too wide
 constexpr double look = 0.7;                // of a square: how far around a corner light is read ...
 constexpr double least_look = 2.5;          // px: less says too little
 constexpr double widest_look = 12;          // px: ... and no farther, for lenses bend lines
+constexpr int rounds = 3;                   // better corners tell better how lines are bent, and where the others are
+constexpr double least_read = 0.5;          // of the corners
 constexpr double same_place = 0.015;        // of the diagonal, rms over the corners
 
 cv::Mat mat_of(LumaView picture) {
@@ -81,9 +83,30 @@ double bend_of(const Eigen::Vector2d& before, const Eigen::Vector2d& here, const
     return -2 * normal.dot(here - before) / ((here - before).norm() * (after - here).norm());
 }
 
-/// Each corner again from all pixels around it, within the squares.
-void refine(LumaView picture, const Chessboard& board, std::vector<Eigen::Vector2d>& corners) {
-    const std::vector<Eigen::Vector2d> first = corners;
+/// Where three corners in a row that were read say that the next one is: rows bend evenly. The mean of all such rows; `otherwise` if there is none.
+Eigen::Vector2d continued(const Chessboard& board, const std::vector<Eigen::Vector2d>& corners, const std::vector<bool>& read, int number,
+                          const Eigen::Vector2d& otherwise) {
+    const int column = number % board.columns, row = number / board.columns;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    int rows = 0;
+    for (const auto& [x, y] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+        const int last_column = column + 3 * x, last_row = row + 3 * y;
+        if (last_column < 0 || last_row < 0 || last_column >= board.columns || last_row >= board.rows) continue;
+        const auto step = static_cast<std::size_t>(y * board.columns + x), at = static_cast<std::size_t>(number);
+        if (!read[at + step] || !read[at + 2 * step] || !read[at + 3 * step]) continue;
+        sum += 3 * corners[at + step] - 3 * corners[at + 2 * step] + corners[at + 3 * step];
+        ++rows;
+    }
+    return rows > 0 ? (sum / rows).eval() : otherwise;
+}
+
+/// Each corner again from all pixels around it, within the squares. `read`: where that went well; the others are looked for where their neighbours say.
+void refine(LumaView picture, const Chessboard& board, std::vector<Eigen::Vector2d>& corners, std::vector<bool>& read) {
+    std::vector<Eigen::Vector2d> first = corners;
+    for (int i = 0; i < board.corners(); ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        if (!read[k]) first[k] = continued(board, corners, read, i, corners[k]);
+    }
     const auto at = [&](int column, int row) { return first[static_cast<std::size_t>(row * board.columns + column)]; };
     for (int i = 0; i < board.corners(); ++i) {
         const int column = i % board.columns, row = i / board.columns;
@@ -101,8 +124,28 @@ void refine(LumaView picture, const Chessboard& board, std::vector<Eigen::Vector
         const double crossing = std::abs(across.along.x() * down.along.y() - across.along.y() * down.along.x()) / (across.along.norm() * down.along.norm());
         const double radius = std::min(widest_look, look * square * crossing);
         if (radius < least_look) continue;
-        if (const auto saddle = fit_saddle(picture, at(column, row), across, down, radius)) corners[static_cast<std::size_t>(i)] = saddle->pixel;
+        const auto saddle = fit_saddle(picture, at(column, row), across, down, radius);
+        read[static_cast<std::size_t>(i)] = saddle.has_value();
+        if (saddle) corners[static_cast<std::size_t>(i)] = saddle->pixel;
     }
+}
+
+/// Corners that are hidden, or lost in a glare.
+void leave_out_unread(const std::vector<bool>& read, BoardShot& shot) {
+    const auto good = std::count(read.begin(), read.end(), true);
+    const auto all = static_cast<std::ptrdiff_t>(read.size());
+    if (good == all) return;
+    if (static_cast<double>(good) < least_read * static_cast<double>(all)) {
+        shot.refused = fmt::format("only {} of {} corners can be read: is there glare, or something before the board?", good, all);
+        return;
+    }
+    std::vector<Eigen::Vector2d> corners;
+    for (std::size_t i = 0; i < read.size(); ++i) {
+        if (!read[i]) continue;
+        corners.push_back(shot.corners[i]);
+        shot.numbers.push_back(static_cast<int>(i));
+    }
+    shot.corners = std::move(corners);
 }
 
 double median(std::vector<double> values) {
@@ -130,7 +173,9 @@ BoardShot find_chessboard(LumaView picture, const Chessboard& board, const std::
     shot.square_pixels = mean;
     shot.edge_width = cv::estimateChessboardSharpness(mat_of(picture), {board.columns, board.rows}, corners)[0];
     for (const cv::Point2f& c : corners) shot.corners.emplace_back(static_cast<double>(c.x), static_cast<double>(c.y));
-    for (int round = 0; round < 2; ++round) refine(picture, board, shot.corners);  // better corners tell better how lines are bent
+    std::vector<bool> read(shot.corners.size(), true);
+    for (int round = 0; round < rounds; ++round) refine(picture, board, shot.corners, read);
+    leave_out_unread(read, shot);
     return shot;
 }
 

@@ -9,145 +9,11 @@
 #include <cmath>
 #include <set>
 
+#include "roomfix/calibrate/lens_fit.hpp"
 #include "roomfix/calibrate/lens_start.hpp"
 
 namespace roomfix {
 namespace {
-
-/// One shot linearised: the poses are eliminated shot by shot.
-struct ShotFit {
-    Matrix6d by_pose = Matrix6d::Zero();                        // J^T J
-    IntrinsicsMatrix by_intrinsics = IntrinsicsMatrix::Zero();  // K^T K
-    PoseByIntrinsics mixed = PoseByIntrinsics::Zero();          // J^T K
-    Vector6d pose_gradient = Vector6d::Zero();                  // J^T r
-    IntrinsicsVector gradient = IntrinsicsVector::Zero();       // K^T r
-    std::vector<Eigen::Vector2d> residuals;
-    double squares = 0;
-};
-
-std::optional<ShotFit> linearise(const CameraModel& model, const Eigen::Isometry3d& camera_from_board, const BoardShot& shot, const Chessboard& board) {
-    ShotFit fit;
-    for (std::size_t i = 0; i < shot.corners.size(); ++i) {
-        const Eigen::Vector2d on_board = board.corner(shot.number(i));
-        const Eigen::Vector3d turned = camera_from_board.linear() * Eigen::Vector3d(on_board.x(), on_board.y(), 0);
-        ProjectionJacobian by_point;
-        IntrinsicsJacobian k;
-        const auto pixel = project(model, turned + camera_from_board.translation(), &by_point, &k);
-        if (!pixel) return std::nullopt;
-        Eigen::Matrix<double, 2, 6> j;
-        j << by_point, -by_point * skew(turned);
-        const Eigen::Vector2d r = shot.corners[i] - *pixel;
-        fit.by_pose += j.transpose() * j;
-        fit.by_intrinsics += k.transpose() * k;
-        fit.mixed += j.transpose() * k;
-        fit.pose_gradient += j.transpose() * r;
-        fit.gradient += k.transpose() * r;
-        fit.residuals.push_back(r);
-        fit.squares += r.squaredNorm();
-    }
-    return fit;
-}
-
-/// The intrinsics' information once all poses are eliminated, and its gradient.
-struct Reduced {
-    Eigen::MatrixXd information;
-    Eigen::VectorXd gradient;
-    double squares = 0;
-    double prior_squares = 0;
-    std::vector<ShotFit> shots;
-
-    double cost() const { return squares + prior_squares; }
-};
-
-constexpr double rational_sigma = 1;  // of each of k1 to k6 before anything is seen: their quotient is known better than they are
-constexpr double about_noise = 0.1;   // px, of corners: how much the prior weighs beside them
-
-std::optional<Reduced> reduce(const LensSolution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board) {
-    const int count = solution.model.intrinsics_count();
-    Reduced reduced{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), 0, 0, {}};
-    if (solution.model.kind == Distortion::rational_polynomial) {
-        const double weight = std::pow(about_noise / rational_sigma, 2);
-        for (const int k : {4, 5, 8, 9, 10, 11}) {
-            const double value = solution.model.intrinsics()[k];
-            reduced.information(k, k) += weight;
-            reduced.gradient[k] -= weight * value;
-            reduced.prior_squares += weight * value * value;
-        }
-    }
-    for (std::size_t i = 0; i < used.size(); ++i) {
-        auto fit = linearise(solution.model, solution.camera_from_board[i], *used[i], board);
-        if (!fit) return std::nullopt;
-        const Eigen::LDLT<Matrix6d> pose(fit->by_pose);
-        const Eigen::MatrixXd mixed = fit->mixed.leftCols(count);
-        reduced.information += fit->by_intrinsics.topLeftCorner(count, count) - mixed.transpose() * pose.solve(mixed);
-        reduced.gradient += fit->gradient.head(count) - mixed.transpose() * pose.solve(fit->pose_gradient);
-        reduced.squares += fit->squares;
-        reduced.shots.push_back(std::move(*fit));
-    }
-    return reduced;
-}
-
-/// Scaled to a unit diagonal: the numbers are of very different sizes.
-Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& information) {
-    const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd unit = scale.asDiagonal() * information * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(unit);
-    const Eigen::VectorXd inverse = spectrum.eigenvalues().cwiseMax(1e-15).cwiseInverse();
-    return scale.asDiagonal() * (spectrum.eigenvectors() * inverse.asDiagonal() * spectrum.eigenvectors().transpose()) * scale.asDiagonal();
-}
-
-/// How much more the shots contradict each other than the noise of their corners explains, as a factor of the covariance, 1 or more: a board
-/// that is not flat moves all corners of a shot together. `variance`: of a corner's coordinate, px^2.
-double disagreement(const Reduced& fit, double variance, int count) {
-    constexpr double least = 1e-9;  // of the largest eigenvalue: less is no information
-    double squares = 0, numbers = 0;
-    const Eigen::VectorXd scale = fit.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    for (const ShotFit& shot : fit.shots) {
-        const Eigen::LDLT<Matrix6d> pose(shot.by_pose);
-        const Eigen::MatrixXd mixed = shot.mixed.leftCols(count);
-        const Eigen::MatrixXd information = shot.by_intrinsics.topLeftCorner(count, count) - mixed.transpose() * pose.solve(mixed);
-        const Eigen::VectorXd gradient = shot.gradient.head(count) - mixed.transpose() * pose.solve(shot.pose_gradient);
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scale.asDiagonal() * information * scale.asDiagonal());
-        const Eigen::VectorXd along = spectrum.eigenvectors().transpose() * (scale.asDiagonal() * gradient);
-        for (Eigen::Index i = 0; i < along.size(); ++i) {
-            if (spectrum.eigenvalues()[i] < least * spectrum.eigenvalues().maxCoeff()) continue;
-            squares += along[i] * along[i] / (spectrum.eigenvalues()[i] * variance);
-            ++numbers;
-        }
-    }
-    return numbers > count ? std::max(1.0, squares / (numbers - count)) : 1;
-}
-
-/// Levenberg-Marquardt on all numbers of our own models.
-Reduced polish(LensSolution& solution, const std::vector<const BoardShot*>& used, const Chessboard& board, Reduced at) {
-    const int count = solution.model.intrinsics_count();
-    double damping = 1e-3;
-    for (int round = 0; round < 200 && damping < 1e10; ++round) {
-        Eigen::MatrixXd damped = at.information;
-        damped.diagonal() *= 1 + damping;
-        const Eigen::VectorXd step = scaled_inverse(damped) * at.gradient;
-        LensSolution moved = solution;
-        IntrinsicsVector numbers = moved.model.intrinsics();
-        numbers.head(count) += step;
-        moved.model.set_intrinsics(numbers);
-        for (std::size_t i = 0; i < used.size(); ++i) {
-            const ShotFit& fit = at.shots[i];
-            const Vector6d d = fit.by_pose.ldlt().solve(fit.pose_gradient - fit.mixed.leftCols(count) * step);
-            moved.camera_from_board[i] = perturbed(solution.camera_from_board[i], d);
-        }
-        auto next = reduce(moved, used, board);
-        if (!next || !(next->cost() <= at.cost())) {
-            damping *= 10;
-            continue;
-        }
-        const bool settled = at.cost() - next->cost() < 1e-12 * at.cost();
-        solution = std::move(moved);
-        at = std::move(*next);
-        damping = std::max(damping * 0.1, 1e-12);
-        if (settled) break;
-    }
-    return at;
-}
 
 double covered(const std::vector<const BoardShot*>& used, int width, int height) {
     std::set<std::pair<int, int>> cells;
@@ -167,7 +33,7 @@ std::string refusals(const std::vector<BoardShot>& shots) {
 }
 
 /// A shot that fits far worse than the others, if there is one.
-BoardShot* outlier_among(std::vector<BoardShot*>& used, const Reduced& fit, double times) {
+BoardShot* outlier_among(std::vector<BoardShot*>& used, const LensFit& fit, double times) {
     std::vector<double> rms;
     for (const ShotFit& s : fit.shots) rms.push_back(std::sqrt(s.squares / static_cast<double>(s.residuals.size())));
     std::vector<double> sorted = rms;
@@ -179,6 +45,23 @@ BoardShot* outlier_among(std::vector<BoardShot*>& used, const Reduced& fit, doub
     shot->refused =
         fmt::format("its corners are off by {:.2f} px rms, those of the others by {:.2f} px: was the board bent, moving, or partly hidden?", *worst, usual);
     return shot;
+}
+
+/// Learns how well the board is made and how still it was held, and fits again, until both agree. False where no more is measured than is unknown.
+bool settle(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, bool exact_board, LensSpread& spread, LensFit& fit) {
+    constexpr int most_rounds = 12;
+    constexpr double settled = 1e-3;  // of the noise
+    for (int round = 0; round < most_rounds; ++round) {
+        const auto learned = learned_spread(unknowns, fit, spread);
+        if (!learned) return false;
+        const double before = spread.noise;
+        spread = exact_board ? exact_board_spread(learned->noise) : *learned;
+        auto again = fit_lens(unknowns, shots, spread);
+        if (!again) return false;
+        fit = std::move(*again);
+        if (round > 0 && std::abs(spread.noise - before) < settled * before) break;
+    }
+    return true;
 }
 
 }  // namespace
@@ -193,8 +76,9 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     if (none && board.markers) return Error{"no picture shows the board:" + refusals(shots)};
     if (none) return Error{fmt::format("no picture shows a board with {} x {} inner corners: count where four squares meet", board.columns, board.rows)};
     LensCalibration result;
-    LensSolution solution;
-    std::optional<Reduced> fit;
+    LensUnknowns unknowns{{}, PrintedBoard(board), {}};
+    LensSpread spread = settings.exact_board ? exact_board_spread(usual_noise) : usual_spread(board);
+    std::optional<LensFit> fit;
     std::vector<BoardShot*> used;
     for (;;) {
         used.clear();
@@ -207,27 +91,31 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
         }
         const std::vector<const BoardShot*> all(used.begin(), used.end());
         const auto start = start_of_lens(all, width, height, board, settings.kind);
-        if (start) solution = *start;
-        fit = start ? reduce(solution, all, board) : std::nullopt;
+        if (start) {
+            unknowns = {start->model, PrintedBoard(board), {}};
+            for (const Eigen::Isometry3d& pose : start->camera_from_board) unknowns.held.push_back({pose});
+        }
+        fit = start ? fit_lens(unknowns, all, spread) : std::nullopt;
         if (!fit) {
             return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
                                      name_of(settings.kind))};
         }
-        fit = polish(solution, all, board, std::move(*fit));
         if (outlier_among(used, *fit, settings.outlier) == nullptr) break;
     }
     const std::vector<const BoardShot*> all(used.begin(), used.end());
-    const int count = solution.model.intrinsics_count();
-    double measured = 0;
-    for (const BoardShot* shot : all) measured += 2 * static_cast<double>(shot->corners.size());
-    const double freedom = measured - 6.0 * static_cast<double>(all.size()) - count;
-    if (freedom < 1) return Error{"too few corners for so many unknowns: take more shots, or a board with more squares"};
-    result.model = solution.model;
-    result.rms = std::sqrt(fit->squares / (measured / 2));
-    result.sigma = std::sqrt(fit->squares / freedom);
-    const double variance = result.sigma * result.sigma;
-    result.disagreement = disagreement(*fit, variance, count);
-    result.covariance.topLeftCorner(count, count) = variance * result.disagreement * scaled_inverse(fit->information);
+    if (!settle(unknowns, all, settings.exact_board, spread, *fit)) {
+        return Error{"too few corners for so many unknowns: take more shots, or a board with more squares"};
+    }
+    const int count = unknowns.model.intrinsics_count();
+    double corners = 0;
+    for (const BoardShot* shot : all) corners += static_cast<double>(shot->corners.size());
+    result.model = unknowns.model;
+    result.board = unknowns.board;
+    result.exact_board = settings.exact_board;
+    result.rms = std::sqrt(fit->squares / corners);
+    result.sigma = spread.noise;
+    result.disagreement = disagreement(*fit, spread.noise, count);
+    result.covariance.topLeftCorner(count, count) = result.disagreement * fit->covariance(spread.noise).topLeftCorner(count, count);
     result.coverage = covered(all, width, height);
     const double focal_sigma = std::max(std::sqrt(result.covariance(0, 0)) / result.model.fx, std::sqrt(result.covariance(1, 1)) / result.model.fy);
     if (!(focal_sigma < settings.worst_focal_sigma)) {
@@ -241,7 +129,7 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
         const ShotFit* own = good ? &fit->shots[next] : nullptr;
         result.shot_rms.push_back(good ? std::sqrt(own->squares / static_cast<double>(own->residuals.size())) : 0);
         result.residuals.push_back(good ? own->residuals : std::vector<Eigen::Vector2d>{});
-        result.camera_from_board.push_back(good ? solution.camera_from_board[next] : Eigen::Isometry3d::Identity());
+        result.camera_from_board.push_back(good ? unknowns.held[next].camera_from_board : Eigen::Isometry3d::Identity());
         next += good;
     }
     result.shots = std::move(shots);

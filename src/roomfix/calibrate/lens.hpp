@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
-#include "roomfix/calibrate/chessboard.hpp"
+#include "roomfix/calibrate/printed_board.hpp"
 #include "roomfix/geometry/calibration.hpp"
 
 namespace roomfix {
@@ -15,6 +15,7 @@ struct LensSettings {
     Distortion kind = Distortion::plumb_bob;
     int least_shots = 4;
     double worst_focal_sigma = 0.05;  // part of the focal length: less well known is not calibrated
+    bool exact_board = false;         // a screen or an engraved plate: neither its shape nor its print are estimated
     double outlier = 4;               // a shot whose rms is so many times the median's is not believed
 };
 
@@ -27,6 +28,8 @@ struct LensCalibration {
     std::vector<double> shot_rms;                            // px, of each shot; 0 where it was refused
     std::vector<Eigen::Isometry3d> camera_from_board;        // of each shot
     std::vector<std::vector<Eigen::Vector2d>> residuals;     // px, of each shot's corners: seen - predicted
+    PrintedBoard board = PrintedBoard({});                   // as the pictures show it
+    bool exact_board = false;                                // it was taken as exact
     double disagreement = 1;  // times by which the covariance is larger for it: shots contradict each other more than noise explains
     double coverage = 0;      // part of the picture (8 x 6 cells) in which corners were seen
 

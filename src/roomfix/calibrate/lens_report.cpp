@@ -75,6 +75,15 @@ std::string heat(double part) {
     return fmt::format("rgb({:.0f},{:.0f},{:.0f})", r, g, b);
 }
 
+/// -1: blue, low; 0: pale; 1: red, high.
+std::string height_colour(double part) {
+    part = std::clamp(part, -1.0, 1.0);
+    const double pale = 1 - std::abs(part);
+    const Eigen::Vector3d end = part > 0 ? Eigen::Vector3d(178, 60, 40) : Eigen::Vector3d(40, 90, 170);
+    const Eigen::Vector3d colour = pale * Eigen::Vector3d(238, 236, 228) + (1 - pale) * end;
+    return fmt::format("rgb({:.0f},{:.0f},{:.0f})", colour.x(), colour.y(), colour.z());
+}
+
 struct ErrorMap {
     std::string picture;
     double least = 0, mean = 0, largest = 0;
@@ -123,9 +132,34 @@ std::string shot_rows(const LensCalibration& lens) {
     return rows;
 }
 
-}  // namespace
-
-namespace {
+/// The board from in front: where its corners were printed, enlarged, and how high they are, as colours.
+std::string board_picture(const LensCalibration& lens) {
+    const Chessboard& nominal = lens.board.nominal;
+    const Eigen::Vector2d far = nominal.corner(nominal.corners() - 1);
+    const double scale = 460 / (far.x() + 2 * nominal.square), margin = scale * nominal.square;
+    const double highest = std::max(lens.board.height() * 2.5, 1e-9);
+    const double largest = std::max(lens.board.print_error(), 1e-9);
+    double middle = 0;
+    for (int i = 0; i < nominal.corners(); ++i) middle += lens.board.corner(i).z() / nominal.corners();
+    std::string marks;
+    for (int i = 0; i < nominal.corners(); ++i) {
+        const Eigen::Vector3d at = lens.board.corner(i);
+        const Eigen::Vector2d place = nominal.corner(i) * scale + Eigen::Vector2d(margin, margin);
+        const Eigen::Vector2d off = (at.head<2>() - nominal.corner(i)) * 0.3 * margin / largest;
+        marks += fmt::format(
+            "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"{2:.1f}\" fill=\"{3}\" fill-opacity=\"0.8\"><title>corner {4}: printed {5:+.3f}, {6:+.3f} mm off, "
+            "{7:+.3f} mm "
+            "high</title></circle>"
+            "<path d=\"M{0:.1f} {1:.1f}l{8:.1f} {9:.1f}\" stroke=\"#222\" stroke-width=\"1.4\"/>",
+            place.x(), place.y(), 0.28 * margin, height_colour((at.z() - middle) / highest), i, 1000 * (at.x() - nominal.corner(i).x()),
+            1000 * (at.y() - nominal.corner(i).y()), 1000 * (at.z() - middle), off.x(), off.y());
+    }
+    const double width = scale * far.x() + 2 * margin, height = scale * far.y() + 2 * margin;
+    return fmt::format(
+        "<svg viewBox=\"-2 -2 {:.0f} {:.0f}\" width=\"480\" role=\"img\" aria-label=\"the board\"><rect width=\"{:.0f}\" height=\"{:.0f}\" "
+        "fill=\"#f6f6f4\" stroke=\"#999\"/>{}</svg>",
+        width + 4, height + 4, width, height, marks);
+}
 
 /// Worth saying.
 bool disagrees(const LensCalibration& lens) { return lens.disagreement > 2; }
@@ -145,11 +179,16 @@ std::string text_of(const LensCalibration& lens) {
         const auto k = static_cast<Eigen::Index>(i);
         text += fmt::format("  {:3} {:12.5f} +- {:.5f}\n", names[i], numbers[k], std::sqrt(lens.covariance(k, k)));
     }
+    if (!lens.exact_board) {
+        text += fmt::format("the board, as measured: corners printed {:.3f} mm off (rms), {:.3f} mm out of its plane (rms)\n", 1000 * lens.board.print_error(),
+                            1000 * lens.board.height());
+    }
     const ErrorMap map = error_map(lens);
     text += fmt::format("expected error of a ray: {:.3f} px on average, {:.3f} px at worst\n", map.mean, map.largest);
     if (disagrees(lens)) {
         text += fmt::format(
-            "the shots contradict each other more than their corners' noise explains, and all is stated {:.1f} times less sure: is the board flat?\n",
+            "the shots contradict each other more than their corners' noise explains, and all is stated {:.1f} times less sure: did the board or the camera "
+            "move?\n",
             std::sqrt(lens.disagreement));
     }
     if (lens.coverage < 0.7) text += "the board was not everywhere in the picture: the expected error is large where it was not; take shots there, too\n";
@@ -174,14 +213,20 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         "</figure><figure>{13}<figcaption>Expected error of a ray once the camera's direction is found with this lens: pale is {16:.3f} px, dark {9:.3f} "
         "px.</figcaption></figure>"
         "<figure>{14}<figcaption>Residuals, a hundred times as long. They should look like noise; a pattern means that the lens is of another kind."
-        "</figcaption></figure></div>\n<h2>Shots</h2><table><tr><th>picture</th><th>rms px</th><th>edges "
+        "</figcaption></figure>{18}</div>\n<h2>Shots</h2><table><tr><th>picture</th><th>rms px</th><th>edges "
         "px</th><th>board</th><th></th></tr>\n{15}</table>\n</body></html>\n",
         html_escaped(title), lens.model.width, lens.model.height, name_of(lens.model.kind), lens.used(), lens.shots.size(), lens.rms, lens.sigma, map.mean,
         map.largest, parameter_rows(lens), coverage_picture(lens, board), 100 * lens.coverage, map.picture, residual_picture(lens), shot_rows(lens), map.least,
         disagrees(lens)
-            ? fmt::format("; shots contradict each other more than that explains (is the board flat?), so that all is stated {:.1f} times less sure",
-                          std::sqrt(lens.disagreement))
-            : "");
+            ? fmt::format(
+                  "; shots contradict each other more than that explains (did the board or the camera move?), so that all is stated {:.1f} times less sure",
+                  std::sqrt(lens.disagreement))
+            : "",
+        lens.exact_board
+            ? ""
+            : fmt::format("<figure>{}<figcaption>The board, measured along with the lens: lines show where corners were printed (rms {:.3f} mm), colours "
+                          "how high they are (red) or low (blue; rms {:.3f} mm).</figcaption></figure>",
+                          board_picture(lens), 1000 * lens.board.print_error(), 1000 * lens.board.height()));
 }
 
 }  // namespace roomfix

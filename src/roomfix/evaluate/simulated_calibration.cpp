@@ -56,6 +56,27 @@ FlatPattern pattern_of(const Chessboard& board, bool old_layout) {
     };
 }
 
+PrintedBoard glued_board(const Chessboard& board, Random& random) {
+    PrintedBoard made(board);
+    made.shape << random.normal(0.005), random.normal(0.005), random.normal(0.005), random.normal(0.001);
+    for (auto corner : made.offsets.colwise()) corner << random.normal(6e-5), random.normal(6e-5), random.normal(4e-5);
+    return made;
+}
+
+std::vector<BoardShot> seen_boards(const CameraModel& camera, const PrintedBoard& board, double held_bend, int count, double noise, Random& random) {
+    std::vector<BoardShot> shots;
+    for (const Eigen::Isometry3d& pose : board_poses(camera, board.nominal.corner(board.nominal.corners() - 1), count, random)) {
+        BoardShot shot{.name = fmt::format("shot {}", shots.size()), .corners = {}, .edge_width = 2, .square_pixels = 30, .refused = {}};
+        PrintedBoard held = board;
+        held.shape.head<3>() += Eigen::Vector3d(random.normal(held_bend), random.normal(held_bend), random.normal(held_bend));
+        for (int i = 0; i < board.nominal.corners(); ++i) {
+            shot.corners.push_back(*project(camera, pose * held.corner(i)) + Eigen::Vector2d(random.normal(noise), random.normal(noise)));
+        }
+        shots.push_back(shot);
+    }
+    return shots;
+}
+
 Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots) {
     Random random(seed * 6151 + 17);
     PlanePictures pictures(truth, sensor, seed);

@@ -1,0 +1,231 @@
+#include "roomfix/calibrate/lens_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+constexpr double rational_sigma = 1;  // of each of k1 to k6: their quotient is known better than they are
+
+/// Adds a shot to `fit`: its own part, and what it says of all that is shared. False if a corner cannot be seen.
+bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardShot& shot, const LensSpread& spread, LensFit& fit) {
+    const int intrinsics = unknowns.model.intrinsics_count(), smooth = intrinsics + smooth_numbers;
+    ShotFit own;
+    own.mixed.setZero(held_numbers, unknowns.shared());
+    const Eigen::Matrix3d turn = held.camera_from_board.linear();
+    for (std::size_t i = 0; i < shot.corners.size(); ++i) {
+        const int number = shot.number(i);
+        const Eigen::Matrix<double, 3, smooth_numbers> by_shape = corner_by_shape(unknowns.board.nominal, number);
+        const Eigen::Vector3d turned = turn * (unknowns.board.corner(number) + by_shape.leftCols<bend_numbers>() * held.bend);
+        ProjectionJacobian by_point;
+        IntrinsicsJacobian by_intrinsics;
+        const Eigen::Vector3d in_camera = turned + held.camera_from_board.translation();
+        const auto pixel = project(unknowns.model, in_camera, &by_point, &by_intrinsics);
+        if (!pixel) return false;
+        fit.farthest = std::max(fit.farthest, in_camera.hnormalized().norm());
+        const Eigen::Matrix<double, 2, 3> by_offset = by_point * turn;
+        Eigen::Matrix<double, 2, held_numbers> j;
+        j << by_point, -by_point * skew(turned), by_offset * by_shape.leftCols<bend_numbers>();
+        Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, most_intrinsics + smooth_numbers> k(2, smooth);
+        k << by_intrinsics.leftCols(intrinsics), by_offset * by_shape;
+        const Eigen::Vector2d r = shot.corners[i] - *pixel;
+        const int at = smooth + 3 * number;
+        own.by_held += j.transpose() * j;
+        own.mixed.leftCols(smooth) += j.transpose() * k;
+        own.mixed.middleCols<3>(at) += j.transpose() * by_offset;
+        own.held_gradient += j.transpose() * r;
+        own.by_intrinsics += by_intrinsics.transpose() * by_intrinsics;
+        own.gradient += by_intrinsics.transpose() * r;
+        own.residuals.push_back(r);
+        own.squares += r.squaredNorm();
+        fit.information.topLeftCorner(smooth, smooth) += k.transpose() * k;
+        fit.information.block(at, 0, 3, smooth) += by_offset.transpose() * k;
+        fit.information.block(0, at, smooth, 3) += k.transpose() * by_offset;
+        fit.information.block<3, 3>(at, at) += by_offset.transpose() * by_offset;
+        fit.gradient.head(smooth) += k.transpose() * r;
+        fit.gradient.segment<3>(at) += by_offset.transpose() * r;
+    }
+    const double weight = std::pow(spread.noise / spread.held, 2);
+    own.by_held.diagonal().tail<bend_numbers>().array() += weight;
+    own.held_gradient.tail<bend_numbers>() -= weight * held.bend;
+    fit.prior_squares += weight * held.bend.squaredNorm();
+    const Eigen::LDLT<HeldMatrix> alone(own.by_held);
+    fit.information -= own.mixed.transpose() * alone.solve(own.mixed);
+    fit.gradient -= own.mixed.transpose() * alone.solve(own.held_gradient);
+    fit.squares += own.squares;
+    fit.shots.push_back(std::move(own));
+    return true;
+}
+
+/// All that is expected to be zero but for its standard deviation.
+void add_prior(const LensUnknowns& unknowns, const LensSpread& spread, LensFit& fit) {
+    const int intrinsics = unknowns.model.intrinsics_count();
+    const auto expect_zero = [&](int k, double value, double sigma) {
+        const double weight = std::pow(spread.noise / sigma, 2);
+        fit.prior[k] = weight;
+        fit.gradient[k] -= weight * value;
+        fit.prior_squares += weight * value * value;
+    };
+    if (unknowns.model.kind == Distortion::rational_polynomial) {
+        for (const int k : {4, 5, 8, 9, 10, 11}) expect_zero(k, unknowns.model.intrinsics()[k], rational_sigma);
+    }
+    const PrintedBoard& board = unknowns.board;
+    for (int k = 0; k < smooth_numbers; ++k) expect_zero(intrinsics + k, board.shape[k], k + 1 == smooth_numbers ? spread.stretch : spread.bend);
+    for (int k = 0; k < board.offsets.size(); ++k) {
+        expect_zero(intrinsics + smooth_numbers + k, board.offsets.reshaped()[k], k % 3 == 2 ? spread.relief : spread.print);
+    }
+    fit.information.diagonal() += fit.prior;
+}
+
+std::optional<LensFit> linearise(const LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread) {
+    const int count = unknowns.shared();
+    LensFit fit;
+    fit.information.setZero(count, count);
+    fit.gradient.setZero(count);
+    fit.prior.setZero(count);
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+        if (!add_shot(unknowns, unknowns.held[i], *shots[i], spread, fit)) return std::nullopt;
+    }
+    add_prior(unknowns, spread, fit);
+    return fit;
+}
+
+/// Of a unit diagonal: the numbers are of very different sizes.
+struct Scaled {
+    Eigen::VectorXd scale;
+    Eigen::MatrixXd unit;
+
+    explicit Scaled(const Eigen::MatrixXd& information)
+        : scale(information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse()), unit(scale.asDiagonal() * information * scale.asDiagonal()) {}
+};
+
+Eigen::VectorXd damped_step(const LensFit& at, double damping) {
+    Scaled scaled(at.information);
+    scaled.unit.diagonal() *= 1 + damping;
+    return scaled.scale.asDiagonal() * scaled.unit.ldlt().solve(scaled.scale.asDiagonal() * at.gradient);
+}
+
+LensUnknowns moved(const LensUnknowns& from, const LensFit& at, const Eigen::VectorXd& step) {
+    LensUnknowns to = from;
+    const int intrinsics = from.model.intrinsics_count();
+    IntrinsicsVector numbers = from.model.intrinsics();
+    numbers.head(intrinsics) += step.head(intrinsics);
+    to.model.set_intrinsics(numbers);
+    to.board.move(step.tail(from.board.numbers()));
+    for (std::size_t i = 0; i < at.shots.size(); ++i) {
+        const ShotFit& shot = at.shots[i];
+        const HeldVector own = shot.by_held.ldlt().solve(shot.held_gradient - shot.mixed * step);
+        to.held[i].camera_from_board = perturbed(from.held[i].camera_from_board, own.head<6>());
+        to.held[i].bend += own.tail<bend_numbers>();
+    }
+    return to;
+}
+
+/// Whether a rational lens has a pole among the corners or close behind them: where a zero hides it, the corners fit well, and nothing else does.
+bool has_pole(const CameraModel& model, double farthest) {
+    if (model.kind != Distortion::rational_polynomial) return false;
+    constexpr double beyond = 1.1, least = 0.1;
+    constexpr int steps = 50;
+    const auto& k = model.distortion;
+    for (int i = 1; i <= steps; ++i) {
+        const double squared = std::pow(beyond * farthest * i / steps, 2);
+        if (1 + squared * (k[5] + squared * (k[6] + squared * k[7])) < least) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+LensSpread usual_spread(const Chessboard& board) {
+    // 0.05 and 0.1 mm of a square of 25 mm; 0.2 mm and 1 mm at the ends of 20 cm; printers feed paper more or less.
+    return {.noise = usual_noise, .print = 0.002 * board.square, .relief = 0.004 * board.square, .held = 0.002, .bend = 0.01, .stretch = 0.002};
+}
+
+LensSpread exact_board_spread(double noise) {
+    constexpr double none = 1e-9;  // m, or as a part
+    return {.noise = noise, .print = none, .relief = none, .held = none, .bend = none, .stretch = none};
+}
+
+Eigen::MatrixXd LensFit::covariance(double noise) const {
+    const Scaled scaled(information);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scaled.unit);
+    const Eigen::VectorXd inverse = spectrum.eigenvalues().cwiseMax(1e-15).cwiseInverse();
+    const Eigen::MatrixXd axes = noise * scaled.scale.asDiagonal() * spectrum.eigenvectors();
+    return axes * inverse.asDiagonal() * axes.transpose();
+}
+
+std::optional<LensFit> fit_lens(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread) {
+    auto at = linearise(unknowns, shots, spread);
+    if (!at) return std::nullopt;
+    double damping = 1e-3;
+    for (int round = 0; round < 200 && damping < 1e10; ++round) {
+        LensUnknowns there = moved(unknowns, *at, damped_step(*at, damping));
+        auto next = linearise(there, shots, spread);
+        if (!next || !(next->cost() <= at->cost()) || has_pole(there.model, next->farthest)) {
+            damping *= 10;
+            continue;
+        }
+        const bool settled = at->cost() - next->cost() < 1e-12 * at->cost();
+        unknowns = std::move(there);
+        at = std::move(next);
+        damping = std::max(damping * 0.1, 1e-12);
+        if (settled) break;
+    }
+    return at;
+}
+
+std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const LensFit& fit, const LensSpread& spread) {
+    // How many numbers the pictures determine, of each kind: one less what the prior knew.
+    const Eigen::MatrixXd shared = fit.covariance(1);
+    const Eigen::VectorXd determined = 1 - fit.prior.array() * shared.diagonal().array();
+    const auto of_corners = determined.tail(unknowns.board.offsets.size()).reshaped(3, unknowns.board.nominal.corners());
+    const auto sigma = [](double squares, double numbers, double least, double most) {
+        return std::clamp(std::sqrt(squares / std::max(numbers, 1e-9)), least, most);
+    };
+    const double square = unknowns.board.nominal.square;
+    const auto& offsets = unknowns.board.offsets;
+    LensSpread learned = spread;
+    learned.print = sigma(offsets.topRows<2>().squaredNorm(), of_corners.topRows(2).sum(), 1e-5 * square, 0.05 * square);
+    learned.relief = sigma(offsets.row(2).squaredNorm(), of_corners.row(2).sum(), 1e-5 * square, 0.05 * square);
+    double freedom = -determined.sum();
+    double bends = 0, bends_determined = 0;
+    const double weight = std::pow(spread.noise / spread.held, 2);
+    for (std::size_t i = 0; i < fit.shots.size(); ++i) {
+        const ShotFit& shot = fit.shots[i];
+        const HeldMatrix alone = shot.by_held.inverse();
+        const HeldMatrix all = alone + alone * shot.mixed * shared * shot.mixed.transpose() * alone;
+        const double of_bend = (1 - weight * all.diagonal().tail<bend_numbers>().array()).sum();
+        freedom += 2 * static_cast<double>(shot.residuals.size()) - 6 - of_bend;
+        bends += unknowns.held[i].bend.squaredNorm();
+        bends_determined += of_bend;
+    }
+    if (freedom < 1) return std::nullopt;
+    learned.held = sigma(bends, bends_determined, 1e-6, spread.bend);
+    learned.noise = std::max(std::sqrt(fit.squares / freedom), 1e-6);
+    return learned;
+}
+
+double disagreement(const LensFit& fit, double noise, int intrinsics) {
+    constexpr double least = 1e-9;  // of the largest eigenvalue: less is no information
+    double squares = 0, numbers = 0;
+    const Eigen::VectorXd scale = fit.information.diagonal().head(intrinsics).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    for (const ShotFit& shot : fit.shots) {
+        const Eigen::LDLT<HeldMatrix> alone(shot.by_held);
+        const Eigen::MatrixXd mixed = shot.mixed.leftCols(intrinsics);
+        const Eigen::MatrixXd information = shot.by_intrinsics.topLeftCorner(intrinsics, intrinsics) - mixed.transpose() * alone.solve(mixed);
+        const Eigen::VectorXd gradient = shot.gradient.head(intrinsics) - mixed.transpose() * alone.solve(shot.held_gradient);
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scale.asDiagonal() * information * scale.asDiagonal());
+        const Eigen::VectorXd along = spectrum.eigenvectors().transpose() * (scale.asDiagonal() * gradient);
+        for (Eigen::Index i = 0; i < along.size(); ++i) {
+            if (spectrum.eigenvalues()[i] < least * spectrum.eigenvalues().maxCoeff()) continue;
+            squares += along[i] * along[i] / (spectrum.eigenvalues()[i] * noise * noise);
+            ++numbers;
+        }
+    }
+    return numbers > intrinsics ? std::max(1.0, squares / (numbers - intrinsics)) : 1;
+}
+
+}  // namespace roomfix
