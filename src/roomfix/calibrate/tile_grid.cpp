@@ -1,7 +1,9 @@
 #include "roomfix/calibrate/tile_grid.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace roomfix {
@@ -10,6 +12,9 @@ namespace {
 constexpr double step = 0.25;         // px between the samples of a profile
 constexpr int farthest_tile = 80;     // from the first one, in each direction
 constexpr double least_contrast = 3;  // grey levels between joint and tiles
+constexpr double clear_depth = 5;     // standard deviations
+constexpr double faintest = 0.4;      // px: joints whose middle is known no better tell nothing
+constexpr double window_across = 3;   // px to either side of a joint that its middle is found from
 constexpr double samples_along = 5;   // px to either side along the joint that a profile is the mean of
 
 /// A place on a joint: where it should be, and across which direction it can be measured.
@@ -47,9 +52,8 @@ std::optional<Place> place_on(const View& view, const TileGrid& grid, const Eige
     return place;
 }
 
-/// How far across the joint's middle is from where it should be, px; `sign` +1 for joints darker than the tiles, -1 for lighter ones.
-std::optional<double> read_joint(LumaView picture, const Place& place, double reach, int sign) {
-    const int half = static_cast<int>(std::ceil((reach + 2.5) / step));
+/// The mean light along a joint on lines beside it, every `step` px from `-half` steps to `half` steps across. Nothing at the picture's rim.
+std::optional<std::vector<double>> profile_across(LumaView picture, const Place& place, int half) {
     std::vector<double> profile(static_cast<std::size_t>(2 * half + 1), 0);
     const Eigen::Vector2d tangent(place.normal.y(), -place.normal.x());
     int rows = 0;
@@ -60,23 +64,87 @@ std::optional<double> read_joint(LumaView picture, const Place& place, double re
             profile[static_cast<std::size_t>(i + half)] += static_cast<double>(sample(picture, static_cast<float>(p.x()), static_cast<float>(p.y())));
         }
     }
-    for (double& v : profile) v *= sign / static_cast<double>(rows);
-    const int near = static_cast<int>(reach / step);
-    const auto darkest = std::min_element(profile.begin() + half - near, profile.begin() + half + near + 1) - profile.begin();
-    // The tiles' levels on both sides may differ: the joint is what lies below the line between them.
-    const auto side = static_cast<std::ptrdiff_t>(2.5 / step);
-    const auto last = static_cast<std::ptrdiff_t>(profile.size()) - 1;
-    if (darkest - side < 0 || darkest + side > last) return std::nullopt;
-    const double left = profile[static_cast<std::size_t>(darkest - side)], right = profile[static_cast<std::size_t>(darkest + side)];
-    double sum = 0, moment = 0;
-    for (std::ptrdiff_t i = darkest - side; i <= darkest + side; ++i) {
-        const double level = left + (right - left) * static_cast<double>(i - darkest + side) / static_cast<double>(2 * side);
-        const double depth = std::max(level - profile[static_cast<std::size_t>(i)], 0.0);
-        sum += depth;
-        moment += depth * static_cast<double>(i);
+    for (double& v : profile) v /= rows;
+    return profile;
+}
+
+/// A valley between two levels, all as blurred as the valley is wide: level + contrast erf(t) - depth exp(-t^2), t = (x - middle) / width.
+/// The tiles' levels on both sides differ by chance: whatever takes that for a part of the joint finds it nearer to the darker tile.
+struct Valley {
+    double middle = 0;   // px
+    double width = 1;    // px
+    double depth = 0;    // grey levels; negative for a joint that is lighter than the tiles
+    double sigma = 0;    // px, of the middle, from what the fit leaves
+    bool clear = false;  // the depth stands out of what the fit leaves
+};
+
+/// Fits a valley to the pixels around a place, not to what lies between them: joints are narrower than a pixel. `valley.middle` is across from the place.
+std::optional<Valley> fit_valley(LumaView picture, const Place& place, Valley valley) {
+    using Vector5d = Eigen::Matrix<double, 5, 1>;
+    constexpr double narrowest = 0.5, widest = 3, farthest = 1.5;  // px
+    const Eigen::Vector2d tangent(place.normal.y(), -place.normal.x());
+    const double start = valley.middle;
+    const Eigen::Vector2d centre = place.pixel + start * place.normal;
+    const Eigen::Vector2d reach = window_across * place.normal.cwiseAbs() + samples_along * tangent.cwiseAbs();
+    const int left = static_cast<int>(std::ceil(centre.x() - reach.x())), right = static_cast<int>(centre.x() + reach.x());
+    const int top = static_cast<int>(std::ceil(centre.y() - reach.y())), bottom = static_cast<int>(centre.y() + reach.y());
+    if (left < 0 || top < 0 || right >= picture.width || bottom >= picture.height) return std::nullopt;
+    Vector5d n(0, 0, valley.depth, start, valley.width);
+    Eigen::Matrix<double, 5, 5> information;
+    double squares = 0;
+    int pixels = 0;
+    for (int round = 0; round < 12; ++round) {
+        information.setZero();
+        Vector5d pull = Vector5d::Zero();
+        squares = 0;
+        pixels = 0;
+        for (int y = top; y <= bottom; ++y) {
+            const std::uint8_t* line = picture.row(y);
+            for (int x = left; x <= right; ++x) {
+                const Eigen::Vector2d off = Eigen::Vector2d(x, y) - place.pixel;
+                const double across = place.normal.dot(off);
+                if (std::abs(across - start) > window_across || std::abs(tangent.dot(off)) > samples_along) continue;
+                const double t = (across - n[3]) / n[4], bell = std::exp(-t * t), edge = std::erf(t);
+                const double by_t = n[1] * 2 * std::numbers::inv_sqrtpi * bell + n[2] * 2 * t * bell;
+                const Vector5d by(1, edge, -bell, -by_t / n[4], -by_t * t / n[4]);
+                const double residual = line[x] - n[0] - n[1] * edge + n[2] * bell;
+                information += by * by.transpose();
+                pull += residual * by;
+                squares += residual * residual;
+                ++pixels;
+            }
+        }
+        Eigen::Matrix<double, 5, 5> damped = information;
+        if (round == 0) damped.bottomRightCorner<2, 2>().diagonal().array() += 1e12;  // the levels first: they are linear
+        damped.diagonal() *= 1 + 1e-6;
+        const Vector5d way = damped.ldlt().solve(pull);
+        if (!way.allFinite()) return std::nullopt;
+        n += way;
+        n[4] = std::clamp(n[4], narrowest, widest);
+        if (std::abs(n[3] - start) > farthest) return std::nullopt;
+        if (round > 0 && std::abs(way[3]) < 1e-4) break;
     }
-    if (std::min(left, right) - profile[static_cast<std::size_t>(darkest)] < least_contrast) return std::nullopt;
-    return (moment / sum - half) * step;
+    const double variance = squares / std::max(pixels - 5, 1);
+    const Eigen::Matrix<double, 5, 5> covariance = variance * information.inverse();
+    if (!covariance.allFinite()) return std::nullopt;
+    return Valley{n[3], n[4], n[2], std::sqrt(covariance(3, 3)), n[2] * n[2] > clear_depth * clear_depth * covariance(2, 2)};
+}
+
+/// The joint, if there is one within `reach` px of where it should be; `sign` +1 for joints darker than the tiles, -1 for lighter ones.
+std::optional<Valley> read_joint(LumaView picture, const Place& place, double reach, int sign) {
+    const int window = static_cast<int>(std::ceil(window_across / step)), near = static_cast<int>(reach / step);
+    const int half = near + window;
+    const auto profile = profile_across(picture, place, half);
+    if (!profile) return std::nullopt;
+    const auto lower = [&](double a, double b) { return sign * a < sign * b; };
+    const auto middle = profile->begin() + half;
+    const auto darkest = std::min_element(middle - near, middle + near + 1, lower);
+    const double rise = std::min(sign * (*(darkest - window) - *darkest), sign * (*(darkest + window) - *darkest));
+    if (rise < least_contrast) return std::nullopt;
+    const auto at = static_cast<double>(darkest - middle) * step;
+    const auto valley = fit_valley(picture, place, {at, 1, sign * rise});
+    if (!valley || !valley->clear || sign * valley->depth < least_contrast || valley->sigma > faintest) return std::nullopt;
+    return valley;
 }
 
 /// Places on all joints that can be told apart from their neighbours; those that are known best come first.
@@ -101,15 +169,17 @@ std::vector<Place> places_in(const View& view, const TileGrid& grid, const TileG
 /// to doubt one.
 std::vector<FloorSighting> read_joints(LumaView picture, const std::vector<Place>& places, int sign, std::size_t most, const TileGridSettings& settings) {
     std::vector<FloorSighting> sightings;
+    std::vector<double> variances;
     double doubt = settings.reading_sigma;
     for (const Place& place : places) {
         if (sightings.size() == most) break;
-        const auto offset = read_joint(picture, place, reach_of(place), sign);
-        if (!offset) continue;
+        const auto joint = read_joint(picture, place, reach_of(place), sign);
+        if (!joint) continue;
         doubt = std::max(doubt, 0.5 * place.sigma);
-        sightings.push_back({place.pixel + *offset * place.normal, place.map, place.normal * place.normal.transpose()});
+        sightings.push_back({place.pixel + joint->middle * place.normal, place.map, place.normal * place.normal.transpose()});
+        variances.push_back(joint->sigma * joint->sigma);
     }
-    for (FloorSighting& s : sightings) s.information /= doubt * doubt;
+    for (std::size_t i = 0; i < sightings.size(); ++i) sightings[i].information /= doubt * doubt + variances[i];
     return sightings;
 }
 

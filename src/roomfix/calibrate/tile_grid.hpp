@@ -15,8 +15,7 @@ struct TileGrid {
 };
 
 struct TileGridSettings {
-    // px, of one place on a joint: they scatter by 0.17, but the three on one side of a tile share what its brightness does to them.
-    double reading_sigma = 0.3;
+    double reading_sigma = 0.1;     // px, of one place on a joint besides what the picture's noise does to it: joints are not quite straight
     double least_pitch = 7;         // px between joints: closer ones are not told apart
     std::size_t first_joints = 24;  // read in the first round; twice as many in each further one
     std::size_t most_joints = 100000;

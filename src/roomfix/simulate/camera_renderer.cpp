@@ -11,7 +11,9 @@ namespace roomfix {
 namespace {
 
 constexpr int blur_reach = 4;
-constexpr int cell_size = 4;                // px: one ray per cell finds out whether a robot or its shadow is there
+constexpr int cell_size = 4;        // px: one ray per cell finds out whether a robot or its shadow is there
+constexpr int lattice_points = 32;  // rays through a pixel in which an edge runs
+constexpr int lattice_step = 13;
 constexpr int margin = 2 * blur_reach + 1;  // px around what changes: the blur's reach, and as much again to join the parts
 
 std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
@@ -45,8 +47,8 @@ CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const Senso
     for (int y = 0; y < height_; y += cell_size) {
         for (int x = 0; x < width_; x += cell_size) still_surface_.push_back(centre_ray(x + cell_size / 2, y + cell_size / 2, {}).surface);
     }
-    still_blurred_ = still_;
-    blur(still_blurred_, {0, 0, width_ - 1, height_ - 1});
+    still_blurred_.resize(still_.size());
+    blur(still_, {0, 0, width_ - 1, height_ - 1}, still_blurred_);
 }
 
 /// The ray through a place of the image, px, not of unit length.
@@ -83,55 +85,91 @@ void CameraRenderer::mark_changed(const Rectangle& area, const std::vector<Solid
     }
 }
 
-/// Mean light over a pixel: four rays where they agree on what they see, sixteen where they do not.
-float CameraRenderer::traced(int x, int y, const std::vector<Solid>& moving) const {
+/// The rays of its corners where they agree on what they see, a lattice of them where they do not.
+CameraRenderer::PixelLight CameraRenderer::traced(int x, int y, const std::vector<Solid>& moving) const {
     const Eigen::Vector3f origin = view_.position().cast<float>();
-    const auto cell = [&](int grid, int i, int j, int& surface) {
-        const std::uint64_t h = mix64(seed_ ^ (static_cast<std::uint64_t>(y * width_ + x) * 64 + static_cast<std::uint64_t>(grid * grid + j * grid + i)));
-        const Eigen::Vector2f jitter(static_cast<float>(h >> 40U) * 0x1p-24f, static_cast<float>((h >> 8U) & 0xffffff) * 0x1p-24f);
-        const float size = 1.0f / static_cast<float>(grid);
-        const Eigen::Vector3f d = direction(static_cast<float>(x) - 0.5f + size * (static_cast<float>(i) + 0.5f),
-                                            static_cast<float>(y) - 0.5f + size * (static_cast<float>(j) + 0.5f));
+    const std::uint64_t pixel = static_cast<std::uint64_t>(y * width_ + x) * 64;
+    const auto uniform = [](std::uint64_t bits) { return static_cast<float>(bits & 0xffffff) * 0x1p-24f; };
+    const auto ray = [&](int number, float u, float v, int& surface) {
+        const std::uint64_t h = mix64(seed_ ^ (pixel + static_cast<std::uint64_t>(number)));
+        const Eigen::Vector3f d = direction(static_cast<float>(x) - 0.5f + u, static_cast<float>(y) - 0.5f + v);
         if (d.isZero()) return 0.0f;
-        const RayHit hit = trace(scene_, moving, origin, d.normalized(), jitter);
+        const RayHit hit = trace(scene_, moving, origin, d.normalized(), {uniform(h >> 40U), uniform(h >> 8U)});
         surface = hit.surface;
         return hit.light;
     };
-    float sum = 0;
+    PixelLight sum;
     int first = 0;
     bool alike = true;
     for (int i = 0; i < 4; ++i) {
         int surface = 0;
-        sum += cell(2, i & 1, i >> 1, surface);
+        sum.mean += ray(i, static_cast<float>(i & 1), static_cast<float>(i >> 1), surface) / 4;
         if (i == 0) first = surface;
         alike &= surface == first;
     }
-    if (alike) return sum / 4;
-    sum = 0;
+    if (alike) return sum;
+    // Rows of rays would move edges that run along them: no two of the lattice are in one row or column, and each pixel has its own shift.
+    const std::uint64_t shift = mix64(seed_ ^ (pixel + 63));
+    const float right = uniform(shift >> 40U), down = uniform(shift >> 8U);
+    const auto part = [](float value) { return value - std::floor(value); };
+    sum = {};
     int surface = 0;
-    for (int i = 0; i < 16; ++i) sum += cell(4, i & 3, i >> 2, surface);
-    return sum / 16;
+    float mean_u = 0, mean_v = 0;
+    for (int i = 0; i < lattice_points; ++i) {
+        const float u = part((static_cast<float>(i) + 0.5f) / lattice_points + right);
+        const float v = part((static_cast<float>(i * lattice_step % lattice_points) + 0.5f) / lattice_points + down);
+        const float light = ray(4 + i, u, v, surface) / lattice_points;
+        sum.mean += light;
+        sum.right += light * u;
+        sum.down += light * v;
+        mean_u += u / lattice_points;
+        mean_v += v / lattice_points;
+    }
+    // The lattice's own middle is not quite the pixel's: even light has none of these.
+    sum.right -= sum.mean * mean_u;
+    sum.down -= sum.mean * mean_v;
+    return sum;
 }
 
-void CameraRenderer::blur(std::vector<float>& light, const Rectangle& area) const {
-    if (sensor_.blur <= 0) return;
-    const auto kernel = blur_kernel(sensor_.blur);
-    std::vector<float> across(light.size());
-    const auto pass = [&](const std::vector<float>& from, std::vector<float>& to, int dx, int dy, const Rectangle& part) {
-        for (int y = part.top; y <= part.bottom; ++y) {
-            for (int x = part.left; x <= part.right; ++x) {
-                float sum = 0;
-                for (int i = -blur_reach; i <= blur_reach; ++i) {
-                    const int u = std::clamp(x + i * dx, 0, width_ - 1);
-                    const int v = std::clamp(y + i * dy, 0, height_ - 1);
-                    sum += kernel[static_cast<std::size_t>(i + blur_reach)] * from[static_cast<std::size_t>(v * width_ + u)];
-                }
-                to[static_cast<std::size_t>(y * width_ + x)] = sum;
-            }
-        }
+/// The lens blurs before the sensor samples: each pixel's light counts from where in its square it falls (the kernel's first two terms around
+/// the middle), or lines thinner than a pixel would be found in the middles of pixels.
+void CameraRenderer::blur(const std::vector<PixelLight>& light, const Rectangle& area, std::vector<float>& blurred) const {
+    constexpr double pixel_variance = 1.0 / 12;  // px^2, of the square over which a pixel sums
+    const double variance = sensor_.blur * sensor_.blur + pixel_variance;
+    const auto kernel = blur_kernel(std::sqrt(variance));
+    std::array<float, 2 * blur_reach + 1> slope{};  // change with the place where the light falls
+    for (int i = -blur_reach; i <= blur_reach; ++i) {
+        const auto k = static_cast<std::size_t>(i + blur_reach);
+        slope[k] = -static_cast<float>(i / variance) * kernel[k];
+    }
+    struct Row {
+        float light = 0, down = 0;
     };
-    pass(light, across, 1, 0, {area.left, std::max(area.top - blur_reach, 0), area.right, std::min(area.bottom + blur_reach, height_ - 1)});
-    pass(across, light, 0, 1, area);
+    const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width_ + x); };
+    std::vector<Row> across(light.size());
+    for (int y = std::max(area.top - blur_reach, 0); y <= std::min(area.bottom + blur_reach, height_ - 1); ++y) {
+        for (int x = area.left; x <= area.right; ++x) {
+            Row sum;
+            for (int i = -blur_reach; i <= blur_reach; ++i) {
+                const PixelLight& from = light[at(std::clamp(x + i, 0, width_ - 1), y)];
+                const auto k = static_cast<std::size_t>(i + blur_reach);
+                sum.light += kernel[k] * from.mean + slope[k] * from.right;
+                sum.down += kernel[k] * from.down;
+            }
+            across[at(x, y)] = sum;
+        }
+    }
+    for (int y = area.top; y <= area.bottom; ++y) {
+        for (int x = area.left; x <= area.right; ++x) {
+            float sum = 0;
+            for (int i = -blur_reach; i <= blur_reach; ++i) {
+                const Row& from = across[at(x, std::clamp(y + i, 0, height_ - 1))];
+                const auto k = static_cast<std::size_t>(i + blur_reach);
+                sum += kernel[k] * from.light + slope[k] * from.down;
+            }
+            blurred[at(x, y)] = sum;
+        }
+    }
 }
 
 /// The part of the image that robots, their shadows and reflections can change.
@@ -164,12 +202,10 @@ CameraRenderer::Rectangle CameraRenderer::reach(const std::vector<Solid>& moving
 }
 
 void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const {
-    work_ = still_blurred_;
+    light_ = still_blurred_;
     const Rectangle area = reach(moving);
     if (area.left <= area.right && area.top <= area.bottom) {
-        for (int y = area.top; y <= area.bottom; ++y) {
-            std::copy_n(still_.begin() + y * width_ + area.left, area.right - area.left + 1, work_.begin() + y * width_ + area.left);
-        }
+        traced_ = still_;
         const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
                                 area.right < width_ - 1 ? area.right - blur_reach : area.right,
                                 area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
@@ -178,17 +214,10 @@ void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::
         for (int y = changed.top; y <= changed.bottom; ++y) {
             for (int x = changed.left; x <= changed.right; ++x) {
                 if (!changed_[static_cast<std::size_t>(y / cell_size * across + x / cell_size)]) continue;
-                work_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, moving);
+                traced_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, moving);
             }
         }
-        blur(work_, area);
-        // The outermost ring was blurred together with what lies beyond the area: nothing changes there.
-        for (int y = area.top; y <= area.bottom; ++y) {
-            for (int x = area.left; x <= area.right; ++x) {
-                if (x >= changed.left && x <= changed.right && y >= changed.top && y <= changed.bottom) continue;
-                work_[static_cast<std::size_t>(y * width_ + x)] = still_blurred_[static_cast<std::size_t>(y * width_ + x)];
-            }
-        }
+        blur(traced_, area, light_);
     }
 
     frame.resize(width_, height_);
@@ -202,7 +231,7 @@ void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::
         for (int x = 0; x < width_; ++x) {
             const double dx = x - 0.5 * width_;
             const double falloff = 1 - sensor_.vignetting * (dx * dx + dy * dy) / half_diagonal;
-            const float light = work_[static_cast<std::size_t>(y * width_ + x)] * static_cast<float>(gain * hum * falloff * sensor_.exposure);
+            const float light = light_[static_cast<std::size_t>(y * width_ + x)] * static_cast<float>(gain * hum * falloff * sensor_.exposure);
             const double grey = 255.0 * static_cast<double>(std::pow(std::max(light, 0.0f), inverse_gamma));
             frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(grey + random.normal(pixel_noise(sensor_, grey))), 0L, 255L));
         }

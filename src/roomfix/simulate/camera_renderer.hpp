@@ -28,9 +28,14 @@ private:
     Rectangle reach(const std::vector<Solid>& moving) const;
     RayHit centre_ray(int x, int y, const std::vector<Solid>& moving) const;
     void mark_changed(const Rectangle& area, const std::vector<Solid>& moving) const;
-    float traced(int x, int y, const std::vector<Solid>& moving) const;
+    /// Light that falls on a pixel's square: its mean, and the mean of it times the place in the square, px from the middle.
+    struct PixelLight {
+        float mean = 0, right = 0, down = 0;
+    };
+    PixelLight traced(int x, int y, const std::vector<Solid>& moving) const;
     Eigen::Vector3f direction(float x, float y) const;
-    void blur(std::vector<float>& light, const Rectangle& area) const;
+    /// What the optics make of `light`, written to `blurred` within `area`.
+    void blur(const std::vector<PixelLight>& light, const Rectangle& area, std::vector<float>& blurred) const;
 
     Scene scene_;
     View view_;
@@ -38,11 +43,12 @@ private:
     std::uint64_t seed_;
     int width_, height_;
     std::vector<Eigen::Vector3f> corner_rays_;  // (width + 1) x (height + 1), at the pixels' corners
-    std::vector<float> still_;                  // light without robots, before the blur
+    std::vector<PixelLight> still_;             // light without robots, before the blur
     std::vector<int> still_surface_;            // what the ray through each grid cell's middle meets
     std::vector<float> still_blurred_;
-    mutable std::vector<float> work_;    // renders are not meant to run in two threads at once
-    mutable std::vector<char> changed_;  // per grid cell
+    mutable std::vector<PixelLight> traced_;  // with robots; renders are not meant to run in two threads at once
+    mutable std::vector<float> light_;        // the same, blurred
+    mutable std::vector<char> changed_;       // per grid cell
 };
 
 }  // namespace roomfix
