@@ -42,7 +42,12 @@ int calibrate_grid_command(const Arguments& arguments) {
     if (!given) return give_up(given.error());
     const Chessboard& board = *given;
     const BoardShot shot = find_chessboard(*picture, board, arguments.picture);
-    if (shot.corners.empty()) return give_up(Error{fmt::format("{}: {}; all of it must be in the picture", arguments.picture, shot.refused)});
+    if (!shot.refused.empty()) return give_up(Error{fmt::format("{}: {}; all of it must be in the picture", arguments.picture, shot.refused)});
+    if (!shot.numbers.empty()) {
+        return give_up(
+            Error{fmt::format("{}: only {} of {} corners can be read, and the grid needs all of them: is there glare, or something before the board?",
+                              arguments.picture, shot.corners.size(), board.corners())});
+    }
     const auto centre = centre_of(arguments, *picture);
     if (!centre) return give_up(centre.error());
     const auto ideal = ideal_grid(shot.corners, board, *centre);

@@ -248,6 +248,27 @@ TEST(CalibrateLens, SaysWhatIsMissing) {
     expect_error(flat, "focal length");
 }
 
+TEST(Chessboard, CornersThatCannotBeReadAreLeftOut) {
+    Random random(19);
+    PlanePictures pictures(plain_camera(), {}, 5);
+    LumaImage picture;
+    const Eigen::Isometry3d pose = board_poses(plain_camera(), board_size, 1, random)[0];
+    pictures.render(chessboard_pattern(board.columns, board.rows, board.square), pose, 0, picture);
+    ASSERT_EQ(find_chessboard(picture, board, "clean").numbers.size(), 0U) << "all are there";
+    constexpr int hidden = 53;  // the last
+    const Eigen::Vector2d at = *project(plain_camera(), pose * Eigen::Vector3d(board.corner(hidden).x(), board.corner(hidden).y(), 0));
+    for (int y = -8; y <= 8; ++y) {  // worn off: speckled, but still a corner to a detector that looks at the squares
+        for (int x = -8; x <= 8; ++x) {
+            std::uint8_t& pixel = picture.row(static_cast<int>(at.y()) + y)[static_cast<int>(at.x()) + x];
+            pixel = static_cast<std::uint8_t>(std::clamp(128 + 0.3 * (pixel - 128) + random.normal(40), 0.0, 255.0));
+        }
+    }
+    const BoardShot shot = find_chessboard(picture, board, "worn");
+    EXPECT_TRUE(shot.refused.empty()) << shot.refused;
+    ASSERT_EQ(shot.corners.size(), 53U);
+    for (std::size_t i = 0; i < shot.corners.size(); ++i) EXPECT_EQ(shot.number(i), static_cast<int>(i));
+}
+
 TEST(Chessboard, ABoardOfAnotherSizeIsNamed) {
     Random random(17);
     PlanePictures pictures(plain_camera(), {}, 3);

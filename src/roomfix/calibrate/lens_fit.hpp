@@ -10,13 +10,15 @@
 
 namespace roomfix {
 
-/// How the board was held in a shot: where, and how much more it was bent than on average, as the first numbers of a SmoothShape.
-constexpr int bend_numbers = 3;
+constexpr int bend_numbers = 3;  // the first of a SmoothShape
+
+/// How the board was held in a shot: where, and how much more it was bent than on average.
 struct HeldBoard {
     Eigen::Isometry3d camera_from_board = Eigen::Isometry3d::Identity();
     Eigen::Vector3d bend = Eigen::Vector3d::Zero();
 };
 
+/// All that is estimated.
 struct LensUnknowns {
     CameraModel model;
     PrintedBoard board;
@@ -78,7 +80,7 @@ std::optional<LensFit> fit_lens(LensUnknowns& unknowns, const std::vector<const 
 std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const LensFit& fit, const LensSpread& spread);
 
 /// How much more the shots contradict each other about the intrinsics than the noise of their corners explains, as a factor of the
-/// covariance, 1 or more: a board that bends in hands moves all corners of a shot together.
+/// covariance, 1 or more: a board or a camera that moves shifts many corners of a shot together.
 double disagreement(const LensFit& fit, double noise, int intrinsics);
 
 }  // namespace roomfix
