@@ -78,56 +78,81 @@ struct Valley {
     bool clear = false;  // the depth stands out of what the fit leaves
 };
 
-/// Fits a valley to the pixels around a place, not to what lies between them: joints are narrower than a pixel. `valley.middle` is across from the place.
-std::optional<Valley> fit_valley(LumaView picture, const Place& place, Valley valley) {
-    using Vector5d = Eigen::Matrix<double, 5, 1>;
-    constexpr double narrowest = 0.5, widest = 3, farthest = 1.5;  // px
-    const Eigen::Vector2d tangent(place.normal.y(), -place.normal.x());
-    const double start = valley.middle;
-    const Eigen::Vector2d centre = place.pixel + start * place.normal;
-    const Eigen::Vector2d reach = window_across * place.normal.cwiseAbs() + samples_along * tangent.cwiseAbs();
-    const int left = static_cast<int>(std::ceil(centre.x() - reach.x())), right = static_cast<int>(centre.x() + reach.x());
-    const int top = static_cast<int>(std::ceil(centre.y() - reach.y())), bottom = static_cast<int>(centre.y() + reach.y());
-    if (left < 0 || top < 0 || right >= picture.width || bottom >= picture.height) return std::nullopt;
-    Vector5d n(0, 0, valley.depth, start, valley.width);
-    Eigen::Matrix<double, 5, 5> information;
+/// The unknowns of a valley as they are fitted.
+enum ValleyNumber { level, contrast, depth, middle, width, valley_numbers };
+using ValleyVector = Eigen::Matrix<double, valley_numbers, 1>;
+using ValleyMatrix = Eigen::Matrix<double, valley_numbers, valley_numbers>;
+
+/// Pixels around a place on a joint, to its middle as it is known before.
+struct Window {
+    const Place& place;
+    double across = 0;  // px from the place
+    int left = 0, top = 0, right = -1, bottom = -1;
+
+    Window(const Place& at, double middle_across) : place(at), across(middle_across) {
+        const Eigen::Vector2d centre = place.pixel + across * place.normal;
+        const Eigen::Vector2d reach = window_across * place.normal.cwiseAbs() + samples_along * tangent().cwiseAbs();
+        left = static_cast<int>(std::ceil(centre.x() - reach.x())), right = static_cast<int>(centre.x() + reach.x());
+        top = static_cast<int>(std::ceil(centre.y() - reach.y())), bottom = static_cast<int>(centre.y() + reach.y());
+    }
+    Eigen::Vector2d tangent() const { return {place.normal.y(), -place.normal.x()}; }
+    bool inside(LumaView picture) const { return left >= 0 && top >= 0 && right < picture.width && bottom < picture.height; }
+};
+
+struct ValleyFit {
+    ValleyMatrix information = ValleyMatrix::Zero();
+    ValleyVector pull = ValleyVector::Zero();
     double squares = 0;
     int pixels = 0;
-    for (int round = 0; round < 12; ++round) {
-        information.setZero();
-        Vector5d pull = Vector5d::Zero();
-        squares = 0;
-        pixels = 0;
-        for (int y = top; y <= bottom; ++y) {
-            const std::uint8_t* line = picture.row(y);
-            for (int x = left; x <= right; ++x) {
-                const Eigen::Vector2d off = Eigen::Vector2d(x, y) - place.pixel;
-                const double across = place.normal.dot(off);
-                if (std::abs(across - start) > window_across || std::abs(tangent.dot(off)) > samples_along) continue;
-                const double t = (across - n[3]) / n[4], bell = std::exp(-t * t), edge = std::erf(t);
-                const double by_t = n[1] * 2 * std::numbers::inv_sqrtpi * bell + n[2] * 2 * t * bell;
-                const Vector5d by(1, edge, -bell, -by_t / n[4], -by_t * t / n[4]);
-                const double residual = line[x] - n[0] - n[1] * edge + n[2] * bell;
-                information += by * by.transpose();
-                pull += residual * by;
-                squares += residual * residual;
-                ++pixels;
-            }
+};
+
+ValleyFit linearise(LumaView picture, const Window& window, const ValleyVector& n) {
+    ValleyFit fit;
+    const Eigen::Vector2d tangent = window.tangent();
+    for (int y = window.top; y <= window.bottom; ++y) {
+        const std::uint8_t* line = picture.row(y);
+        for (int x = window.left; x <= window.right; ++x) {
+            const Eigen::Vector2d off = Eigen::Vector2d(x, y) - window.place.pixel;
+            const double across = window.place.normal.dot(off);
+            if (std::abs(across - window.across) > window_across || std::abs(tangent.dot(off)) > samples_along) continue;
+            const double t = (across - n[middle]) / n[width], bell = std::exp(-t * t), edge = std::erf(t);
+            const double by_t = n[contrast] * 2 * std::numbers::inv_sqrtpi * bell + n[depth] * 2 * t * bell;
+            const ValleyVector by(1, edge, -bell, -by_t / n[width], -by_t * t / n[width]);
+            const double residual = line[x] - n[level] - n[contrast] * edge + n[depth] * bell;
+            fit.information += by * by.transpose();
+            fit.pull += residual * by;
+            fit.squares += residual * residual;
+            ++fit.pixels;
         }
-        Eigen::Matrix<double, 5, 5> damped = information;
+    }
+    return fit;
+}
+
+/// Fits a valley to the pixels around a place, not to what lies between them: joints are narrower than a pixel. `start.middle` is across from the place.
+std::optional<Valley> fit_valley(LumaView picture, const Place& place, const Valley& start) {
+    constexpr double narrowest = 0.5, widest = 3, farthest = 1.5;  // px
+    constexpr int rounds = 12;
+    const Window window(place, start.middle);
+    if (!window.inside(picture)) return std::nullopt;
+    ValleyVector n(0, 0, start.depth, start.middle, start.width);
+    ValleyFit fit;
+    for (int round = 0; round < rounds; ++round) {
+        fit = linearise(picture, window, n);
+        ValleyMatrix damped = fit.information;
         if (round == 0) damped.bottomRightCorner<2, 2>().diagonal().array() += 1e12;  // the levels first: they are linear
         damped.diagonal() *= 1 + 1e-6;
-        const Vector5d way = damped.ldlt().solve(pull);
+        const ValleyVector way = damped.ldlt().solve(fit.pull);
         if (!way.allFinite()) return std::nullopt;
         n += way;
-        n[4] = std::clamp(n[4], narrowest, widest);
-        if (std::abs(n[3] - start) > farthest) return std::nullopt;
-        if (round > 0 && std::abs(way[3]) < 1e-4) break;
+        n[width] = std::clamp(n[width], narrowest, widest);
+        if (std::abs(n[middle] - start.middle) > farthest) return std::nullopt;
+        if (round > 0 && std::abs(way[middle]) < 1e-4) break;
     }
-    const double variance = squares / std::max(pixels - 5, 1);
-    const Eigen::Matrix<double, 5, 5> covariance = variance * information.inverse();
-    if (!covariance.allFinite()) return std::nullopt;
-    return Valley{n[3], n[4], n[2], std::sqrt(covariance(3, 3)), n[2] * n[2] > clear_depth * clear_depth * covariance(2, 2)};
+    const double variance = fit.squares / std::max(fit.pixels - static_cast<int>(valley_numbers), 1);
+    const ValleyMatrix covariance = variance * fit.information.inverse();
+    if (!covariance.allFinite() || !(covariance(middle, middle) > 0)) return std::nullopt;
+    const bool clear = n[depth] * n[depth] > clear_depth * clear_depth * covariance(depth, depth);
+    return Valley{n[middle], n[width], n[depth], std::sqrt(covariance(middle, middle)), clear};
 }
 
 /// The joint, if there is one within `reach` px of where it should be; `sign` +1 for joints darker than the tiles, -1 for lighter ones.
@@ -137,11 +162,11 @@ std::optional<Valley> read_joint(LumaView picture, const Place& place, double re
     const auto profile = profile_across(picture, place, half);
     if (!profile) return std::nullopt;
     const auto lower = [&](double a, double b) { return sign * a < sign * b; };
-    const auto middle = profile->begin() + half;
-    const auto darkest = std::min_element(middle - near, middle + near + 1, lower);
+    const auto predicted = profile->begin() + half;
+    const auto darkest = std::min_element(predicted - near, predicted + near + 1, lower);
     const double rise = std::min(sign * (*(darkest - window) - *darkest), sign * (*(darkest + window) - *darkest));
     if (rise < least_contrast) return std::nullopt;
-    const auto at = static_cast<double>(darkest - middle) * step;
+    const auto at = static_cast<double>(darkest - predicted) * step;
     const auto valley = fit_valley(picture, place, {at, 1, sign * rise});
     if (!valley || !valley->clear || sign * valley->depth < least_contrast || valley->sigma > faintest) return std::nullopt;
     return valley;
