@@ -139,20 +139,19 @@ std::string board_picture(const LensCalibration& lens) {
     const double scale = 460 / (far.x() + 2 * nominal.square), margin = scale * nominal.square;
     const double highest = std::max(lens.board.height() * 2.5, 1e-9);
     const double largest = std::max(lens.board.print_error(), 1e-9);
-    double middle = 0;
-    for (int i = 0; i < nominal.corners(); ++i) middle += lens.board.corner(i).z() / nominal.corners();
+    const Eigen::VectorXd heights = lens.board.heights();
     std::string marks;
     for (int i = 0; i < nominal.corners(); ++i) {
-        const Eigen::Vector3d at = lens.board.corner(i);
         const Eigen::Vector2d place = nominal.corner(i) * scale + Eigen::Vector2d(margin, margin);
-        const Eigen::Vector2d off = (at.head<2>() - nominal.corner(i)) * 0.3 * margin / largest;
+        const Eigen::Vector2d printed_off = lens.board.corner(i).head<2>() - nominal.corner(i);
+        const Eigen::Vector2d off = printed_off * 0.3 * margin / largest;
         marks += fmt::format(
             "<circle cx=\"{0:.1f}\" cy=\"{1:.1f}\" r=\"{2:.1f}\" fill=\"{3}\" fill-opacity=\"0.8\"><title>corner {4}: printed {5:+.3f}, {6:+.3f} mm off, "
             "{7:+.3f} mm "
             "high</title></circle>"
             "<path d=\"M{0:.1f} {1:.1f}l{8:.1f} {9:.1f}\" stroke=\"#222\" stroke-width=\"1.4\"/>",
-            place.x(), place.y(), 0.28 * margin, height_colour((at.z() - middle) / highest), i, 1000 * (at.x() - nominal.corner(i).x()),
-            1000 * (at.y() - nominal.corner(i).y()), 1000 * (at.z() - middle), off.x(), off.y());
+            place.x(), place.y(), 0.28 * margin, height_colour(heights[i] / highest), i, 1000 * printed_off.x(), 1000 * printed_off.y(), 1000 * heights[i],
+            off.x(), off.y());
     }
     const double width = scale * far.x() + 2 * margin, height = scale * far.y() + 2 * margin;
     return fmt::format(

@@ -31,10 +31,12 @@ double PrintedBoard::print_error() const {
     return std::sqrt(squares / nominal.corners());
 }
 
-double PrintedBoard::height() const {
-    Eigen::VectorXd heights(nominal.corners());
-    for (int i = 0; i < nominal.corners(); ++i) heights[i] = corner(i).z();
-    return std::sqrt((heights.array() - heights.mean()).square().mean());
+Eigen::VectorXd PrintedBoard::heights() const {
+    Eigen::VectorXd over_plane(nominal.corners());
+    for (int i = 0; i < nominal.corners(); ++i) over_plane[i] = corner(i).z();
+    return over_plane.array() - over_plane.mean();
 }
+
+double PrintedBoard::height() const { return std::sqrt(heights().array().square().mean()); }
 
 }  // namespace roomfix

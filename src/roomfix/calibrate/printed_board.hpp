@@ -29,6 +29,8 @@ struct PrintedBoard {
     int numbers() const { return smooth_numbers + static_cast<int>(offsets.size()); }
     void move(const Eigen::VectorXd& step);
 
+    /// Of the corners over their mean, m.
+    Eigen::VectorXd heights() const;
     /// Root mean square of how far corners are from where they should have been printed, and from the board's plane, m.
     double print_error() const;
     double height() const;
