@@ -92,8 +92,11 @@ EdgeReading read_edge(const FrameEvidence& evidence, const Eigen::Vector2d& pixe
         if (2 * step(profile.grey) < size) continue;
         const float outside = level_outside(j);
         const bool lit = std::abs(outside - 1) < std::max(lit_tolerance, 3 * profile.noise);
-        const bool flat = std::abs(r(j - 2) - r(std::max(j - 4, 0))) < std::max(0.05f, 4 * profile.noise);
-        const bool shadowed = !lit && flat && outside > darkest_shadow && outside < 1;
+        const auto like_shadow = [&](float level, int near, int far) {
+            const bool flat = std::abs(r(near) - r(far)) < std::max(0.05f, 4 * profile.noise);
+            return flat && level > darkest_shadow && level < 1;
+        };
+        const bool shadowed = !lit && like_shadow(outside, j - 2, std::max(j - 4, 0));
         if (!lit && !shadowed) continue;
         // Subpixel: where the profile crosses half way between both levels.
         const float half = outside - 0.5f * c;
@@ -108,6 +111,7 @@ EdgeReading read_edge(const FrameEvidence& evidence, const Eigen::Vector2d& pixe
                 reading.found = true;
                 reading.offset = offset;
                 reading.shadowed = shadowed;
+                reading.into_shadow = lit && like_shadow(outside - c, j + 2, std::min(j + 4, profile.count - 1));
                 reading.on_background_edge = step(profile.floor) > background_step;
                 reading.contrast = static_cast<double>(size);
                 reading.sigma = static_cast<double>(profile.noise / std::max(std::abs(a - b), 0.5f * threshold));

@@ -14,6 +14,7 @@ struct EdgeReading {
     double sigma = 1;                 // px, from the pixel noise and the edge's contrast
     double contrast = 0;              // size of the step, as a part of the floor's light
     bool shadowed = false;            // the floor beside the edge lies in shadow
+    bool into_shadow = false;         // what the edge leads into may be no more than a shadow on the floor
     bool on_background_edge = false;  // the empty room has an edge there too: it may be the border of something in front
     bool inside_foreground = false;   // is there foreground three pixels inside,
     bool outside_foreground = false;  // and three pixels outside?

@@ -14,6 +14,7 @@ namespace {
 using Vector4d = Eigen::Vector4d;
 using Matrix4d = Eigen::Matrix4d;
 constexpr int most_samples = 192;
+constexpr int widest_shadow = 28;  // px
 // A body larger by some length has each of its sides farther out by half of that. Most of it is common to all sides, since
 // opposite ones move alike: 60 % of the variance; the rest is each side's own.
 constexpr double common_size = 0.5 * 0.775;
@@ -199,7 +200,7 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
 void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
     fit.total = samples.total;
     fit.visible = samples.count;
-    fit.supported = fit.covered = fit.bare = fit.ambiguous = 0;
+    fit.supported = fit.covered = fit.bare = fit.ambiguous = fit.into_shadow = 0;
     double support = 0;
     for (const Sample& s : samples.all()) {
         const double usual = std::hypot(1.0, shape.size_sigma * s.scale);  // px: an edge so far off the outline counts half
@@ -209,6 +210,7 @@ void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
                 continue;
             }
             ++fit.supported;
+            fit.into_shadow += s.on_floor && s.reading.into_shadow;
             support += 1 / (1 + s.reading.offset * s.reading.offset / (usual * usual));
         } else if (s.reading.inside_foreground && s.reading.outside_foreground) {
             ++fit.covered;
@@ -271,6 +273,33 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
     set_covariance(samples, shape, settings, inset, fit);
     fit.pose.yaw = wrap_angle(fit.pose.yaw);
     return fit;
+}
+
+std::optional<Pose2> pose_behind_shadow(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFit& fit,
+                                        const OutlineFitSettings& settings) {
+    Samples samples;
+    place_samples(evidence, view, shape, fit.pose, fit.silhouette, {}, settings.samples, samples);
+    // Least squares over how far in the next edge is.
+    Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d right = Eigen::Vector2d::Zero();
+    int lower = 0;
+    int found = 0;
+    for (const Sample& s : samples.all()) {
+        if (!s.on_floor) continue;
+        ++lower;
+        const Eigen::Vector2d inside = s.pixel - widest_shadow / 2.0 * s.normal;
+        if (inside.x() < 3 || inside.y() < 3 || inside.x() > evidence.frame.width - 4 || inside.y() > evidence.frame.height - 4) continue;
+        const EdgeReading next = read_edge(evidence, inside, s.normal, widest_shadow / 2 - 2);
+        if (!next.found || !next.shadowed) continue;
+        ++found;
+        const Eigen::Vector2d by_place = s.by_state.head<2>();
+        square += by_place * by_place.transpose();
+        right += (next.offset - widest_shadow / 2.0) * by_place;
+    }
+    if (found < 4 || 2 * found < lower) return std::nullopt;
+    square.diagonal().array() += 1e-3 * square.trace();  // along an edge nothing is known
+    const Eigen::Vector2d move = square.inverse() * right;
+    return Pose2{fit.pose.x + move.x(), fit.pose.y + move.y(), fit.pose.yaw};
 }
 
 OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose, const OutlineFitSettings& settings) {

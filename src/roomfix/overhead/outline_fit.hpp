@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct OutlineFit {
     int bare = 0;             // samples with background on both sides: hidden, or not there
     int ambiguous = 0;        // samples with an edge that may as well be the border of something in front
     int total = 0;            // samples along the whole outline
+    int into_shadow = 0;      // supported samples on the floor beside which there may be no more than a shadow
     double residual = 0;      // rms of the supported samples in their standard deviations
     double score = 0;         // -1..1: how well the picture agrees
     bool determined = false;  // enough edges to fix all unknowns
@@ -55,6 +57,11 @@ struct OutlineFit {
 /// The covariance holds pixel noise, errors shared along each edge, the body's size error and the view's calibration.
 OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start, std::span<const Silhouette> others,
                        const OutlineFitSettings& settings = {});
+
+/// A shadow before the body may have a border just as straight as the body's own lower edge. If there is another edge farther in along most of
+/// the lower edges that `fit` took for the body's: the pose at which they would be the body's. `view` and `shape` as for the fit.
+std::optional<Pose2> pose_behind_shadow(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFit& fit,
+                                        const OutlineFitSettings& settings = {});
 
 /// For bodies whose outline is no exact solid's (people, loads): takes the pose as it is, found by its area, and states how
 /// uncertain it is when each side of the outline is off by a part of the body's size in the picture.

@@ -125,7 +125,7 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
         if (too_small) return best;
         if (best.coarse.filled() > 0.7 && best.coarse.missing < 0.2 * best.coarse.inside.area) {
             best.fit = fit_outline(evidence, view_, shape, best.coarse.pose, {}, settings_.fit);
-            if (best.fit.score > settings_.good_score) return best;
+            if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
         }
     }
     // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
@@ -136,6 +136,13 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
     best.coarse = found.coarse;
     best.fit = found.fit;
     return best;
+}
+
+/// Could the lower edge that the fit found be the border of the robot's shadow, and the robot stand farther in?
+bool OverheadObserver::may_stand_behind(const FrameEvidence& evidence, const ShapePoints& shape, const OutlineFit& fit) const {
+    if (fit.into_shadow < settings_.least_into_shadow) return false;
+    const auto behind = pose_behind_shadow(evidence, view_, shape, fit, settings_.fit);
+    return behind && fit_outline(evidence, view_, shape, *behind, {}, settings_.fit).score > fit.score - settings_.least_lead;
 }
 
 /// Adds what is faint around the blob to the foreground, and measures the blob anew.

@@ -19,6 +19,7 @@ struct OverheadSettings {
     PlaceSearchSettings search;
     double least_score = 0.40;      // of an outline fit, to be a fix
     double good_score = 0.60;       // above, no other place is tried
+    int least_into_shadow = 4;      // samples of the lower edges that lead into what may be a shadow, to look for the robot behind it
     double least_hidden = 0.24;     // part of the outline that must agree where the rest is hidden
     double surely_filled = 0.85;    // part of the silhouette that is foreground, where the outline alone does not convince
     double least_lead = 0.15;       // of a robot's quality before the next robot's, to know which one it is
@@ -72,6 +73,7 @@ private:
     void explain(const FrameEvidence& evidence, const Component& component);
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
+    bool may_stand_behind(const FrameEvidence& evidence, const ShapePoints& shape, const OutlineFit& fit) const;
     Blob look_closer(LumaView frame, const Blob& blob);
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
