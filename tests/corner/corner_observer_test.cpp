@@ -132,7 +132,7 @@ TEST(CornerObserver, FurnishedRoomsMostlyGiveARightFixAndRarelyAWrongOne) {
     for (int i = 0; i < 60; ++i) {
         const RoomShot shot = cluttered_shot(random);
         studio.look(shot);
-        auto lengths = visible_edges(shot, studio.model, studio.renderer.expose(shot.scene, shot.map_from_camera, shot.light), 4);
+        auto lengths = visible_edges(shot, studio.model, studio.renderer, 4);
         std::sort(lengths.begin(), lengths.end());
         const bool seen = lengths[2] > 80 && lengths[1] > 60 && lengths[0] > 20;
         visible += seen;

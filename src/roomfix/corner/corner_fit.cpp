@@ -78,32 +78,89 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
             fit.pieces.push_back(piece);
             before = after;
         }
+        share_contrast(edge, fit);
     }
 }
 
-/// One step of iteratively reweighted least squares; pieces off by more than `gate` standard deviations lose their say.
-bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
-    Matrix5d information = Matrix5d::Zero();
+/// Where single pieces of an edge hardly tell that there is one, those around them together do: light and shade change along an edge, but slowly.
+/// With the contrast that they share each piece's offset is known without bias, if not exactly.
+void CornerFitter::share_contrast(CornerEdge edge, CornerFit& fit) const {
+    constexpr std::size_t most = 128;
+    FixedList<EdgePiece*, most> pieces;
+    std::size_t seen = 0;
+    for (EdgePiece& piece : fit.pieces) {
+        if (piece.edge != edge || pieces.size() == most) continue;
+        pieces.push_back(&piece);
+        seen += piece.seen;
+    }
+    fit.shared[edge] = 2 * seen <= pieces.size();
+    if (!fit.shared[edge]) return;
+    struct Own {
+        double contrast = 0, weight = 0;
+    };
+    FixedList<Own, most> own;
+    for (const EdgePiece* piece : pieces) {
+        const EdgeStep& step = piece->step;
+        own.push_back({step.contrast, piece->read ? 1 / (step.contrast_sigma * step.contrast_sigma + settings_.least_contrast_variance) : 0});
+    }
+    const auto reach = static_cast<std::size_t>(std::lround(settings_.shared / fit.length[edge]));
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        double sum = 0;
+        double weights = 0;
+        for (std::size_t k = i > reach ? i - reach : 0; k <= std::min(i + reach, pieces.size() - 1); ++k) {
+            sum += own[k].weight * own[k].contrast;
+            weights += own[k].weight;
+        }
+        EdgePiece& piece = *pieces[i];
+        piece.seen = piece.read && std::abs(sum) > settings_.least_contrast * std::sqrt(weights);
+        if (!piece.seen) continue;
+        const double ratio = own[i].contrast / (sum / weights);
+        piece.step.offset *= ratio;
+        piece.step.variance *= ratio * ratio;
+        piece.step.contrast = sum / weights;
+        piece.step.contrast_sigma = 1 / std::sqrt(weights);
+    }
+}
+
+/// Sums up what the pieces say, and returns the pull on the unknowns; those off by more than `gate` standard deviations lose their say.
+Vector5d CornerFitter::sum_up(double gate, CornerFit& fit) const {
     Vector5d pull = Vector5d::Zero();
     double squares = 0;
     int count = 0;
+    fit.information.setZero();
     for (const EdgePiece& piece : fit.pieces) {
         if (!piece.seen) continue;
         const double ratio = piece.step.offset * piece.step.offset / piece_variance(piece, settings_);
         const double weight = piece_weight(piece, gate, settings_);
-        information += weight * piece.slope * piece.slope.transpose();
+        fit.information += weight * piece.slope * piece.slope.transpose();
         pull += weight * piece.step.offset * piece.slope;
         if (ratio < gate * gate) {
             squares += ratio;
             ++count;
         }
     }
-    fit.information = information;
+    fit.counted = count;
     fit.spread = count > 5 ? squares / (count - 5) : 1;
-    const Eigen::LDLT<Matrix5d> solver(information);
-    if (count < 6 || solver.info() != Eigen::Success || !solver.isPositive() || !(solver.vectorD().minCoeff() > 1e-12 * solver.vectorD().maxCoeff()))
-        return false;
-    const Vector5d move = solver.solve(pull);
+    return pull;
+}
+
+/// Are the pieces enough for all unknowns?
+bool CornerFitter::holds(const CornerFit& fit) const {
+    const Eigen::LDLT<Matrix5d> solver(fit.information);
+    return fit.counted >= 6 && solver.info() == Eigen::Success && solver.isPositive() && solver.vectorD().minCoeff() > 1e-12 * solver.vectorD().maxCoeff();
+}
+
+bool CornerFitter::weigh(LumaView frame, double wall_angle, CornerFit& fit) const {
+    read(frame, wall_angle, 1, fit);
+    sum_up(settings_.outlier, fit);
+    return holds(fit);
+}
+
+/// One step of iteratively reweighted least squares.
+bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
+    const Vector5d pull = sum_up(gate, fit);
+    if (!holds(fit)) return false;
+    const Vector5d move = fit.information.ldlt().solve(pull);
     if (!move.allFinite() || move.head<3>().norm() > 0.3) return false;
     fit.view.corner_from_camera = exponential_rotation(move.head<3>()) * fit.view.corner_from_camera;
     fit.view.place += move.tail<2>();
@@ -114,8 +171,8 @@ bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
 void CornerFitter::judge(const CornerFit& fit, EdgePiece& piece) const {
     const double blur = fit.blur[piece.edge];
     const double reach = fit.reach[piece.edge];
-    piece.seen = fit_step(piece.profile, blur, reach * blur + 1, fit.model[piece.edge], piece.step) &&
-                 std::abs(piece.step.contrast) > settings_.least_contrast * piece.step.contrast_sigma &&
+    piece.read = fit_step(piece.profile, blur, reach * blur + 1, fit.model[piece.edge], piece.step);
+    piece.seen = piece.read && std::abs(piece.step.contrast) > settings_.least_contrast * piece.step.contrast_sigma &&
                  std::abs(piece.step.offset) < settings_.largest_offset * blur;
 }
 
@@ -157,12 +214,12 @@ void CornerFitter::choose_reach(CornerFit& fit) const {
         const auto wanted = [&] { return 1.5 * settings_.stretch * std::pow(settings_.plain / std::max(best.plainness, 1e-3), 2); };
         fit.reach[edge] = chosen;
         fit.model[edge] = chosen == settings_.tight ? StepModel::plain : StepModel::full;
-        if (wanted() > settings_.longest && fit.model[edge] == StepModel::full) {  // too faint for so many unknowns
+        if (wanted() > settings_.longest) {  // too faint for so many unknowns
             fit.model[edge] = StepModel::plain;
             fit.reach[edge] = settings_.narrow;
         }
         best = look(edge);
-        fit.length[edge] = std::clamp(wanted(), settings_.stretch, settings_.longest);
+        fit.length[edge] = wanted() > settings_.longest ? 1.5 * settings_.stretch : std::max(wanted(), settings_.stretch);
     }
 }
 

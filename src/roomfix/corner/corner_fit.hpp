@@ -14,26 +14,28 @@
 namespace roomfix {
 
 struct CornerFitSettings {
-    double stretch = 16;          // px: length of the pieces in which an edge is read ...
-    double longest = 64;          // ... and of a faint edge
-    double plain = 8;             // standard deviations of contrast that make a piece long enough
-    double first_gap = 2;         // px left out at the corner, where all three edges meet
-    double border = 3;            // px left out at the picture's border
-    double blur = 1.1;            // px, of the edges, before the picture tells
-    double least_blur = 0.6;      // px
-    double widest_blur = 2.5;     // px
-    double widest_capture = 8;    // px
-    double near = 4;              // px: from here one round of each width is enough
-    double wide = 10;             // blurs: how far from an edge the light is read ...
-    double narrow = 5;            // ... if something lies closer
-    double tight = 2.6;           // ... and if it lies closer still
-    double noisier = 2.5;         // times more noise in the wide reading tells that something does
-    double least_contrast = 4;    // standard deviations: a weaker step is none
-    double largest_offset = 1.2;  // blurs: a step farther off belongs to something else
-    double model_sigma = 0.014;   // px: real edges are not quite straight
-    double soft_blur = 1.6;       // px, of finish_softly()
-    double merged = 1.8;          // times the sharpest edge's blur: such an edge is two
-    double outlier = 6;           // standard deviations
+    double stretch = 16;                    // px: length of the pieces in which an edge is read ...
+    double longest = 64;                    // ... and of a faint edge
+    double plain = 8;                       // standard deviations of contrast that make a piece long enough
+    double first_gap = 2;                   // px left out at the corner, where all three edges meet
+    double border = 3;                      // px left out at the picture's border
+    double blur = 1.1;                      // px, of the edges, before the picture tells
+    double least_blur = 0.6;                // px
+    double widest_blur = 2.5;               // px
+    double widest_capture = 8;              // px
+    double near = 4;                        // px: from here one round of each width is enough
+    double wide = 10;                       // blurs: how far from an edge the light is read ...
+    double narrow = 5;                      // ... if something lies closer
+    double tight = 2.6;                     // ... and if it lies closer still
+    double noisier = 2.5;                   // times more noise in the wide reading tells that something does
+    double least_contrast = 4;              // standard deviations: a weaker step is none
+    double shared = 96;                     // px to both sides over which the pieces of a faint edge share one contrast
+    double least_contrast_variance = 0.02;  // of a piece, of light squared
+    double largest_offset = 1.2;            // blurs: a step farther off belongs to something else
+    double model_sigma = 0.014;             // px: real edges are not quite straight
+    double soft_blur = 1.6;                 // px, of finish_softly()
+    double merged = 1.8;                    // times the sharpest edge's blur: such an edge is two
+    double outlier = 6;                     // standard deviations
 };
 
 /// A piece of an edge as it was read.
@@ -46,6 +48,7 @@ struct EdgePiece {
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of the piece, camera frame, in ceiling distances
     Vector5d slope = Vector5d::Zero();                 // d(offset wanted) / d(unknowns), px
     double lift = 0;                                   // px of offset per ceiling distance that the whole corner rises
+    bool read = false;                                 // its light could be read
     bool seen = false;                                 // there is a step where it should be
 };
 
@@ -53,11 +56,13 @@ struct CornerFit {
     CornerView view;
     Matrix5d information = Matrix5d::Zero();      // of rotation (about the corner's axes, rad) and place
     bool look_known = false;                      // blur, reach, length and model are those of the last frame: need not be found again
+    int counted = 0;                              // pieces that have a say
     double spread = 1;                            // mean square of the seen pieces' offsets over their variances
     std::array<double, 3> blur = {0, 0, 0};       // px
     std::array<double, 3> reach = {0, 0, 0};      // blurs
     std::array<double, 3> length = {16, 16, 16};  // px, of the pieces
     std::array<StepModel, 3> model = {StepModel::full, StepModel::full, StepModel::full};
+    std::array<bool, 3> shared = {false, false, false};  // single pieces hardly tell: those of this edge share their contrast
     std::vector<EdgePiece> pieces;
 };
 
@@ -77,12 +82,18 @@ public:
     /// Reads all pieces at the fit's view, blur, reach, length and model without moving it; only every `skip`-th row of each.
     void read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const;
 
+    /// Reads all pieces at the fit's view as finish() does in the end, for how exact that view is. False if they do not hold it.
+    bool weigh(LumaView frame, double wall_angle, CornerFit& fit) const;
+
     const LightTable& light() const { return light_; }
 
 private:
+    Vector5d sum_up(double gate, CornerFit& fit) const;
+    bool holds(const CornerFit& fit) const;
     bool step(double wall_angle, double gate, CornerFit& fit) const;
     void choose_reach(CornerFit& fit) const;
     void judge(const CornerFit& fit, EdgePiece& piece) const;
+    void share_contrast(CornerEdge edge, CornerFit& fit) const;
     void update_blur(CornerFit& fit) const;
 
     CameraModel model_;

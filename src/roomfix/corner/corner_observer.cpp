@@ -27,6 +27,25 @@ double doubt_of_hold(const Eigen::Vector3d& vertical, double sign, const CornerS
     return 0.5 * (turned * turned + steep * steep);
 }
 
+/// Light's step across an edge in the pieces next to the corner; 0 where none is seen.
+double contrast_near_corner(const CornerFit& fit, CornerEdge edge) {
+    constexpr int most = 4;
+    double sum = 0;
+    int count = 0;
+    for (const EdgePiece& piece : fit.pieces) {
+        if (piece.edge != edge || !piece.seen || count == most) continue;
+        sum += piece.step.contrast;
+        ++count;
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+/// Does an edge of contrast `mean` go on where `step` was read? It must stand out by `plain` standard deviations.
+bool goes_on(const EdgeStep& step, double mean, double plain) {
+    const double ratio = step.contrast / mean;
+    return ratio > 0.7 && ratio < 1.6 && std::abs(step.contrast) > plain * step.contrast_sigma && std::abs(step.offset) < 1.5;
+}
+
 const char* const edge_names[] = {"x edge", "y edge", "walls' edge"};
 
 }  // namespace
@@ -37,10 +56,13 @@ CornerObserver::CornerObserver(const CameraModel& model, const std::vector<doubl
       finder_(settings.points),
       line_search_(model, settings.lines),
       search_(model, wall_angles, settings.search),
-      fitter_(model, settings.fit) {
-    // Lengths are stated for 640 px of width.
+      fitter_(model, settings.fit),
+      faint_edges_(model, settings.faint) {
+    // Lengths are stated for 640 px of width, and what light along them tells: the more pixels, the more.
     const double unit = model.width / 640.0;
-    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.largest_gap}) *length *= unit;
+    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.largest_gap, &settings_.faint.piece,
+                           &settings_.faint_group, &settings_.least_group, &settings_.sure_group})
+        *length *= unit;
     settings_.short_edge = std::max(settings_.short_edge, settings.fit.stretch);
 }
 
@@ -89,7 +111,7 @@ void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, C
     refusal_.clear();
     bool found = explain(frame, hints, result);
     if (!found) {
-        search_.complete(frame, hints.gravity, found_);
+        search_.complete(frame, fitter_.light(), faint_edges_, hints.gravity, found_);
         found = explain(frame, hints, result);
     }
     if (found) return;
@@ -117,8 +139,12 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
         Explanation explanation;
         explanation.fit.view = candidate.view;
         if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, explanation.fit)) continue;
-        const auto score = score_of(explanation.fit, false);
-        if (!score) continue;
+        auto score = score_of(explanation.fit, false);
+        if (!score) {  // pieces of an edge may be too faint one by one
+            explanation.fit.view = candidate.view;
+            if (settle_faintest_edge(frame, candidate.wall_angle, explanation.fit.view).mean < settings_.sure_group) continue;
+            score = 0.5 * candidate.score;
+        }
         explanation.doubt = doubt_of(explanation.fit.view, candidate.wall_angle, hints);
         if (explanation.doubt > settings_.largest_doubt) {
             refusal_ = "the likeliest three lines are a corner at the floor, or the camera lies on its side";
@@ -131,33 +157,23 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     }
     const auto better = [](const Explanation& a, const Explanation& b) { return a.score > b.score; };
     std::stable_sort(explanations_.begin(), explanations_.end(), better);
-    // The same corner from slightly different lines is one explanation.
-    for (std::size_t i = 0; i < explanations_.size(); ++i) {
-        const auto same = [&](const Explanation& other) {
-            const bool turned = (other.fit.view.corner_from_camera - explanations_[i].fit.view.corner_from_camera).norm() < 0.06;
-            const auto here = corner_pixel(model_, explanations_[i].fit.view, explanations_[i].wall_angle);
-            const auto there = corner_pixel(model_, other.fit.view, other.wall_angle);
-            return turned && here && there && (*here - *there).norm() < 3 && other.wall_angle == explanations_[i].wall_angle;
-        };
-        explanations_.erase(std::remove_if(explanations_.begin() + static_cast<std::ptrdiff_t>(i) + 1, explanations_.end(), same), explanations_.end());
-    }
-    if (explanations_.size() > settings_.most_refined) explanations_.resize(settings_.most_refined);
+    merge_same();
+    std::size_t refined = 0;
     for (Explanation& explanation : explanations_) {
-        explanation.score = -1;
-        settle_height(frame, explanation);
-        const CornerView start = explanation.fit.view;
-        std::optional<double> score;
-        if (fitter_.finish(frame, explanation.wall_angle, explanation.fit)) score = score_of(explanation.fit, true);
-        if (!score) {
-            explanation.fit.view = start;
-            if (fitter_.finish_softly(frame, explanation.wall_angle, explanation.fit)) score = score_of(explanation.fit, true);
-        }
-        if (score) explanation.score = std::max(*score - settings_.score_scale * explanation.doubt, 0.0);
+        const auto score = refined < settings_.most_refined ? refine(frame, explanation) : std::nullopt;
+        explanation.score = score ? std::max(*score - settings_.score_scale * explanation.doubt, 0.0) : -1;
+        refined += score.has_value();
     }
     std::erase_if(explanations_, [](const Explanation& e) { return e.score < 0; });
     drop_upper_ones(frame);
     if (explanations_.empty()) return false;
     std::stable_sort(explanations_.begin(), explanations_.end(), better);
+    if (explanations_[0].faint) {
+        refusal_ = fmt::format("the {} is too faint to be told from other lines", edge_names[*explanations_[0].faint]);
+        return false;
+    }
+    std::erase_if(explanations_, [](const Explanation& e) { return e.faint.has_value(); });
+    merge_same();
 
     double sum = 0;
     for (const Explanation& e : explanations_) sum += std::exp((e.score - explanations_[0].score) / settings_.score_scale);
@@ -172,6 +188,43 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     for (CornerObservation& corner : result.corners) corner.weight /= kept;
     add_rejected(explanations_[0].lines, result);
     return true;
+}
+
+/// Fits an explanation to the end. Its score; nothing if it does not hold.
+std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explanation) {
+    CornerFit& fit = explanation.fit;
+    settle_height(frame, explanation);
+    settle_faintest_edge(frame, explanation.wall_angle, fit.view);
+    const CornerView start = fit.view;
+    std::optional<double> score;
+    if (fitter_.finish(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
+    if (!score) {
+        fit.view = start;
+        if (fitter_.finish_softly(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
+    }
+    if (!score) return std::nullopt;
+    const FaintestEdge faintest = settle_faintest_edge(frame, explanation.wall_angle, fit.view);
+    if (faintest.moved && !fitter_.weigh(frame, explanation.wall_angle, fit)) return std::nullopt;
+    const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
+    if (doubtful && fit.shared[faintest.edge]) explanation.faint = faintest.edge;
+    if (!ends_at_corner(frame, explanation)) {
+        refusal_ = "an edge of the likeliest three lines goes on beyond where they meet";
+        return std::nullopt;
+    }
+    return score;
+}
+
+/// The same corner from slightly different lines is one explanation: the better one, which comes first.
+void CornerObserver::merge_same() {
+    for (std::size_t i = 0; i < explanations_.size(); ++i) {
+        const auto same = [&](const Explanation& other) {
+            const bool turned = (other.fit.view.corner_from_camera - explanations_[i].fit.view.corner_from_camera).norm() < 0.06;
+            const auto here = corner_pixel(model_, explanations_[i].fit.view, explanations_[i].wall_angle);
+            const auto there = corner_pixel(model_, other.fit.view, other.wall_angle);
+            return turned && here && there && (*here - *there).norm() < 3 && other.wall_angle == explanations_[i].wall_angle;
+        };
+        explanations_.erase(std::remove_if(explanations_.begin() + static_cast<std::ptrdiff_t>(i) + 1, explanations_.end(), same), explanations_.end());
+    }
 }
 
 /// What speaks against a camera that stands like this. A corner at the floor draws the same lines: where the camera would stand upright
@@ -232,22 +285,35 @@ bool CornerObserver::continues_above(LumaView frame, const Explanation& lower, d
     const auto pixel = corner_pixel(model_, lower.fit.view, lower.wall_angle);
     const auto upper = corner_pixel(model_, with_corner_raised(lower.fit.view, rise), lower.wall_angle);
     if (!pixel || !upper) return false;
-    double below = 0;
-    int count = 0;
-    for (const EdgePiece& piece : lower.fit.pieces) {
-        if (piece.edge != wall_edge || !piece.seen || count == 4) continue;
-        below += piece.step.contrast;
-        ++count;
-    }
-    if (count == 0) return false;
+    const double mean = contrast_near_corner(lower.fit, wall_edge);
+    if (mean == 0) return false;
     // The pieces run down from the corner, this stretch down to it.
     LightProfile profile;
     EdgeStep step;
     const LineStretch between{*upper + 0.15 * (*pixel - *upper), *pixel - 0.15 * (*pixel - *upper)};
     if (!read_profile(frame, fitter_.light(), between, 5, 1, profile) || !fit_step(profile, lower.fit.blur[wall_edge], 5, StepModel::coarse, step))
         return false;
-    const double mean = below / count;
-    return step.contrast * mean > 0.7 * mean * mean && std::abs(step.offset) < 1.5;
+    return goes_on(step, mean, settings_.plainly_above);
+}
+
+/// The edges along the ceiling end at the corner: one that goes on belongs to something else, such as the other side of a moulding. The walls'
+/// edge may seem to go on in a moulding's mitre.
+bool CornerObserver::ends_at_corner(LumaView frame, const Explanation& explanation) const {
+    const auto rays = corner_rays(explanation.fit.view, explanation.wall_angle);
+    if (!rays) return false;
+    const double focal = 0.5 * (model_.fx + model_.fy);
+    LightProfile profile;
+    EdgeStep step;
+    for (const CornerEdge edge : {x_edge, y_edge}) {
+        const double mean = contrast_near_corner(explanation.fit, edge);
+        const auto pixel_beyond = [&](double px) { return project(model_, (rays->corner - rays->directions[edge] * (px / focal)).eval().homogeneous()); };
+        const auto from = pixel_beyond(settings_.beyond_from);
+        const auto to = pixel_beyond(settings_.beyond_to);
+        if (mean == 0 || !from || !to || !model_.contains(*from, 6) || !model_.contains(*to, 6)) continue;
+        if (!read_profile(frame, fitter_.light(), {*to, *from}, 5, 1, profile)) continue;
+        if (fit_step(profile, explanation.fit.blur[edge], 5, StepModel::coarse, step) && goes_on(step, mean, settings_.plainly_beyond)) return false;
+    }
+    return true;
 }
 
 /// A moulding draws several edges on each wall, one above the other. The corner is where the edge between the walls ends: at the lowest of
@@ -270,6 +336,50 @@ void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
         if (!continues_above(frame, explanation, -lower.rise)) return;
     }
     fit.view = before;
+}
+
+/// Pieces of a faint edge are easily led astray by what is beside it; its light along its whole length is not. Turns the faintest edge to where
+/// that is the plainest.
+CornerObserver::FaintestEdge CornerObserver::settle_faintest_edge(LumaView frame, double wall_angle, CornerView& view) {
+    FaintestEdge faintest;
+    const auto rays = corner_rays(view, wall_angle);
+    if (!rays) return faintest;
+    const double group = settings_.faint.piece * settings_.faint.together;
+    const auto mean = [&](const EdgeEvidence& e) { return e.plain * group / std::max(e.visible, group); };
+    EdgeEvidence own;
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        const EdgeEvidence evidence = faint_edges_.along(frame, fitter_.light(), rays->corner, rays->directions[edge]);
+        if (edge != x_edge && mean(evidence) >= faintest.mean) continue;
+        faintest.edge = edge;
+        faintest.mean = mean(evidence);
+        own = evidence;
+    }
+    if (faintest.mean > settings_.faint_group) return faintest;
+    faint_edges_.peaks(frame, fitter_.light(), rays->corner, rays->directions[faintest.edge], settings_.faint_span, peaks_);
+    if (peaks_.empty()) return faintest;
+    const bool other = peaks_[0].evidence.plain > settings_.plainer * own.plain;
+    const double turn = other ? peaks_[0].turn : 0;
+    const EdgeEvidence best = other ? peaks_[0].evidence : own;
+    for (const FaintEdges::Peak& peak : peaks_) {
+        if (std::abs(peak.turn - turn) < settings_.apart) continue;
+        faintest.rival = std::max(faintest.rival, peak.evidence.plain / std::max(best.plain, 1e-9));
+    }
+    if (!other) return faintest;
+    CornerRays turned = *rays;
+    turned.directions[faintest.edge] = Eigen::Rotation2Dd(turn) * turned.directions[faintest.edge];
+    const CornerSolutions solutions = solve_corner(turned, wall_angle);
+    const Eigen::Matrix3d before = view.corner_from_camera;
+    double nearest = settings_.faint_turn;
+    for (int i = 0; i < solutions.count; ++i) {
+        const CornerView& solution = solutions.views[static_cast<std::size_t>(i)];
+        const double off = (solution.corner_from_camera - before).norm();
+        if (off > nearest) continue;
+        nearest = off;
+        view = solution;
+        faintest.moved = true;
+        faintest.mean = mean(peaks_[0].evidence);
+    }
+    return faintest;
 }
 
 /// The same for explanations whose corners lie farther apart than one reading across an edge reaches.

@@ -1,5 +1,6 @@
 #include "roomfix/corner/corner_search.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@ CornerSearch::CornerSearch(const CameraModel& model, const std::vector<double>& 
     const double unit = model.width / 640.0;
     settings_.meeting = std::max(settings_.meeting * unit, 2.5);
     settings_.near_corner *= unit;
-    settings_.faint_length = std::max(settings_.faint_length * unit, 40.0);
 }
 
 /// The side of a line that starts at `point`; nothing if neither does.
@@ -121,56 +121,44 @@ void CornerSearch::find(const std::vector<SceneLine>& lines, const std::optional
     if (result.junctions.size() > settings_.most_junctions) result.junctions.resize(settings_.most_junctions);
 }
 
-/// Directions from the junction along which the light steps, the plainest first.
-std::vector<Eigen::Vector2d> CornerSearch::faint_directions(LumaView frame, const CornerJunction& junction) const {
-    constexpr int directions = 360;
-    constexpr double first = 8, advance = 2, beside = 2.5;  // px
-    ProjectionJacobian jacobian;
-    const auto pixel = project(model_, junction.point.homogeneous(), &jacobian);
-    if (!pixel) return {};
-    const Eigen::Matrix2d to_pixels = jacobian.leftCols<2>();  // per unit of the normalised picture
+/// Directions from the junction that a third edge could have and along which the light steps, the plainest first.
+std::vector<Eigen::Vector2d> CornerSearch::faint_directions(LumaView frame, const LightTable& light, const FaintEdges& edges, const CornerJunction& junction,
+                                                            const std::optional<Gravity>& gravity) const {
+    constexpr int directions = 240;
+    constexpr double turn = 2 * std::numbers::pi / directions;
+    constexpr int skip = 3;
+    constexpr double softer = 3;  // so that no edge lies between two directions
+    constexpr std::size_t most = 3;
     std::array<double, directions> plain{};
+    std::vector<CornerCandidate> possible;
     for (int i = 0; i < directions; ++i) {
-        const double angle = i * 2 * std::numbers::pi / directions;
-        const Eigen::Vector2d along = (to_pixels * Eigen::Vector2d(std::cos(angle), std::sin(angle))).normalized();
-        const Eigen::Vector2d across(-beside * along.y(), beside * along.x());
-        double sum = 0;
-        double squares = 0;
-        int count = 0;
-        for (double run = first; run < settings_.faint_length; run += advance) {
-            const Eigen::Vector2d place = *pixel + run * along;
-            if (!model_.contains(place, 6)) break;
-            const double change = static_cast<double>(sample(frame, static_cast<float>(place.x() + across.x()), static_cast<float>(place.y() + across.y())) -
-                                                      sample(frame, static_cast<float>(place.x() - across.x()), static_cast<float>(place.y() - across.y())));
-            sum += change;
-            squares += change * change;
-            ++count;
-        }
-        if (count < 8) continue;
-        const double mean = sum / count;
-        plain[static_cast<std::size_t>(i)] = std::abs(mean) / std::sqrt((std::max(squares / count - mean * mean, 0.0) + 0.5) / count);
+        const Eigen::Vector2d direction(std::cos(i * turn), std::sin(i * turn));
+        possible.clear();
+        add_solutions({junction.point, {junction.directions[0], junction.directions[1], direction}}, 0, {0, 0, -1}, gravity, possible);
+        if (!possible.empty()) plain[static_cast<std::size_t>(i)] = edges.along(frame, light, junction.point, direction, skip, softer).plain;
     }
     std::vector<std::pair<double, int>> peaks;
     for (int i = 0; i < directions; ++i) {
         const auto at = [&](int offset) { return plain[static_cast<std::size_t>((i + offset + directions) % directions)]; };
-        if (at(0) > settings_.faint && at(0) >= at(-1) && at(0) > at(1) && at(0) >= at(-2) && at(0) > at(2)) peaks.emplace_back(-at(0), i);
+        if (at(0) > settings_.faint && at(0) >= at(-1) && at(0) > at(1)) peaks.emplace_back(-at(0), i);
     }
     std::sort(peaks.begin(), peaks.end());
+    if (peaks.size() > most) peaks.resize(most);
     std::vector<Eigen::Vector2d> found;
+    std::vector<FaintEdges::Peak> fine;
     for (const auto& [strength, i] : peaks) {
-        const double angle = i * 2 * std::numbers::pi / directions;
-        const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-        const bool known = direction.dot(junction.directions[0]) > 0.95 || direction.dot(junction.directions[1]) > 0.95;
-        if (!known) found.push_back(direction);
-        if (found.size() == 4) break;
+        const Eigen::Vector2d direction(std::cos(i * turn), std::sin(i * turn));
+        edges.peaks(frame, light, junction.point, direction, 0.5 * turn, fine);
+        if (!fine.empty()) found.push_back(Eigen::Rotation2Dd(fine[0].turn) * direction);
     }
     return found;
 }
 
-void CornerSearch::complete(LumaView frame, const std::optional<Gravity>& gravity, CornerSearchResult& result) const {
+void CornerSearch::complete(LumaView frame, const LightTable& light, const FaintEdges& edges, const std::optional<Gravity>& gravity,
+                            CornerSearchResult& result) const {
     result.candidates.clear();
     for (const CornerJunction& junction : result.junctions) {
-        for (const Eigen::Vector2d& third : faint_directions(frame, junction)) {
+        for (const Eigen::Vector2d& third : faint_directions(frame, light, edges, junction, gravity)) {
             const CornerRays rays{junction.point, {junction.directions[0], junction.directions[1], third}};
             add_solutions(rays, junction.score, {junction.lines[0], junction.lines[1], -1}, gravity, result.candidates);
         }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "roomfix/corner/corner_geometry.hpp"
+#include "roomfix/corner/faint_edge.hpp"
 #include "roomfix/corner/line_search.hpp"
 #include "roomfix/imaging/luma.hpp"
 
@@ -23,8 +24,7 @@ struct CornerSearchSettings {
     double farthest = 8;       // ceiling distances from the corner, along the floor
     std::size_t most = 24;     // candidates
     std::size_t most_junctions = 8;
-    double faint_length = 70;  // px of a faint line that are looked at
-    double faint = 6;          // standard errors that a faint line's step stands out
+    double faint = 12;  // squared standard deviations, in all, that the light steps along a faint line
 };
 
 /// Where down is in the camera's frame, if that is known.
@@ -63,7 +63,7 @@ public:
 
     /// Looks in the picture itself for the third line of each junction: a faint step of light is plain once it is summed up along a line.
     /// Replaces `result.candidates`.
-    void complete(LumaView frame, const std::optional<Gravity>& gravity, CornerSearchResult& result) const;
+    void complete(LumaView frame, const LightTable& light, const FaintEdges& edges, const std::optional<Gravity>& gravity, CornerSearchResult& result) const;
 
 private:
     struct HalfLine {
@@ -79,7 +79,8 @@ private:
                     std::vector<CornerCandidate>& candidates) const;
     void add_solutions(const CornerRays& rays, double score, const std::array<int, 3>& which, const std::optional<Gravity>& gravity,
                        std::vector<CornerCandidate>& candidates) const;
-    std::vector<Eigen::Vector2d> faint_directions(LumaView frame, const CornerJunction& junction) const;
+    std::vector<Eigen::Vector2d> faint_directions(LumaView frame, const LightTable& light, const FaintEdges& edges, const CornerJunction& junction,
+                                                  const std::optional<Gravity>& gravity) const;
 
     CameraModel model_;
     std::vector<double> wall_angles_;

@@ -276,7 +276,7 @@ ClutterReport run_cluttered(int pictures, std::uint64_t seed, const std::functio
     for (int i = 0; i < pictures; ++i) {
         const RoomShot shot = cluttered_shot(random);
         studio.look(shot, static_cast<std::uint64_t>(i));
-        auto lengths = visible_edges(shot, studio.model, studio.renderer.expose(shot.scene, shot.map_from_camera, shot.light), visible_contrast);
+        auto lengths = visible_edges(shot, studio.model, studio.renderer, visible_contrast);
         std::sort(lengths.begin(), lengths.end());
         const bool visible = lengths[2] > 80 && lengths[1] > 60 && lengths[0] > 20;
         ++report.pictures;

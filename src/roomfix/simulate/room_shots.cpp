@@ -199,7 +199,10 @@ RoomShot cornerless_shot(Random& random) {
     }
 }
 
-std::array<double, 3> visible_edges(const RoomShot& shot, const CameraModel& model, const std::vector<float>& exposed, double contrast) {
+std::array<double, 3> visible_edges(const RoomShot& shot, const CameraModel& model, RoomRenderer& renderer, double contrast) {
+    RoomScene smooth = shot.scene;
+    smooth.texture = 0;
+    const std::vector<float>& exposed = renderer.expose(smooth, shot.map_from_camera, shot.light);
     const View view{model, {shot.map_from_camera, Matrix6d::Zero()}};
     const auto grey = [&](const Eigen::Vector2d& p) {
         return static_cast<double>(exposed[static_cast<std::size_t>(std::lround(p.y()) * model.width + std::lround(p.x()))]);

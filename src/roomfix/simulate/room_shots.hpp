@@ -47,7 +47,7 @@ RoomShot cluttered_shot(Random& random);
 RoomShot cornerless_shot(Random& random);
 
 /// How much of the corner a picture shows: for each edge (x, y, walls) the length in px over which the light changes across it by at least
-/// `contrast` grey levels, in the noise-free picture.
-std::array<double, 3> visible_edges(const RoomShot& shot, const CameraModel& model, const std::vector<float>& exposed, double contrast);
+/// `contrast` grey levels, without noise and without the walls' grain, which is no edge.
+std::array<double, 3> visible_edges(const RoomShot& shot, const CameraModel& model, RoomRenderer& renderer, double contrast);
 
 }  // namespace roomfix

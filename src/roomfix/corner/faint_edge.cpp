@@ -1,0 +1,98 @@
+#include "roomfix/corner/faint_edge.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "roomfix/geometry/pose.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double coarse_turn = 0.6;  // deg
+constexpr double fine_turn = 0.15;   // deg
+constexpr double coarse_soft = 2.5;
+constexpr int coarse_skip = 3;
+constexpr std::size_t most_peaks = 3;
+constexpr double least_variance = 0.02;  // of a piece's contrast, squared levels of light
+
+}  // namespace
+
+FaintEdges::FaintEdges(const CameraModel& model, const FaintEdgeSettings& settings) : model_(model), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {}
+
+EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, int skip,
+                               double softer) const {
+    EdgeEvidence evidence;
+    const double blur = softer * settings_.blur;
+    const double reach = std::min(5 * blur + 0.5, LightProfile::widest);
+    // Contrast of a group: each piece's by its certainty.
+    double contrast = 0;
+    double certainty = 0;
+    int pieces = 0;
+    double group_start = settings_.first_gap;
+    const auto close_group = [&](double end) {
+        if (pieces > 0 && certainty > 0) {
+            const double squared = contrast * contrast / certainty;
+            evidence.plain += settings_.saturation * std::log1p(squared / settings_.saturation);
+            if (squared > settings_.plain_group) {
+                evidence.seen += end - group_start;
+                evidence.first = std::min(evidence.first, group_start);
+            }
+        }
+        contrast = certainty = 0;
+        pieces = 0;
+        group_start = end;
+    };
+    const auto pixel_at = [&](double run) { return project(model_, (corner + direction * (run / focal_)).eval().homogeneous()); };
+    double start = settings_.first_gap;
+    auto before = pixel_at(start);
+    LightProfile profile;
+    EdgeStep step;
+    for (;; start += settings_.piece) {
+        const auto after = pixel_at(start + settings_.piece);
+        if (!before || !after || !model_.contains(*before, settings_.border) || !model_.contains(*after, settings_.border)) break;
+        evidence.visible += settings_.piece;
+        if (read_profile(frame, light, {*before, *after}, reach, skip, profile) && fit_step(profile, blur, reach, StepModel::plain, step)) {
+            const double weight = 1 / std::max(step.contrast_sigma * step.contrast_sigma, least_variance);
+            contrast += weight * step.contrast;
+            certainty += weight;
+        }
+        if (++pieces == settings_.together) close_group(start + settings_.piece);
+        before = after;
+    }
+    if (2 * pieces >= settings_.together || evidence.visible < settings_.piece * settings_.together) close_group(start);
+    return evidence;
+}
+
+void FaintEdges::peaks(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, double span,
+                       std::vector<Peak>& found) const {
+    const auto look = [&](double turn, int skip, double softer) {
+        return Peak{turn, along(frame, light, corner, Eigen::Rotation2Dd(turn) * direction, skip, softer)};
+    };
+    // Coarsely everywhere, then finely where it looked best.
+    const double step = radians(coarse_turn);
+    const int steps = static_cast<int>(std::ceil(span / step));
+    std::vector<Peak> coarse;
+    for (int i = -steps; i <= steps; ++i) coarse.push_back(look(i * step, coarse_skip, coarse_soft));
+    const auto plainer = [](const Peak& a, const Peak& b) { return a.evidence.plain > b.evidence.plain; };
+    std::vector<Peak> tops;
+    for (std::size_t i = 0; i < coarse.size(); ++i) {
+        const bool above_left = i == 0 || coarse[i].evidence.plain >= coarse[i - 1].evidence.plain;
+        const bool above_right = i + 1 == coarse.size() || coarse[i].evidence.plain > coarse[i + 1].evidence.plain;
+        if (above_left && above_right) tops.push_back(coarse[i]);
+    }
+    std::stable_sort(tops.begin(), tops.end(), plainer);
+    if (tops.size() > most_peaks) tops.resize(most_peaks);
+    found.clear();
+    for (const Peak& top : tops) {
+        Peak best;
+        for (double turn = -step; turn <= step; turn += radians(fine_turn)) {
+            const Peak fine = look(top.turn + turn, 1, 1);
+            if (best.evidence.plain < fine.evidence.plain) best = fine;
+        }
+        found.push_back(best);
+    }
+    std::stable_sort(found.begin(), found.end(), plainer);
+}
+
+}  // namespace roomfix
