@@ -130,39 +130,46 @@ void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, C
     }
 }
 
+/// Reads a candidate's edges. `faintly`: pieces of an edge may be too faint one by one, as long as all of them together show it.
+void CornerObserver::try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly) {
+    Explanation explanation;
+    explanation.wall_angle = candidate.wall_angle;
+    explanation.lines = candidate.lines;
+    CornerFit& fit = explanation.fit;
+    fit.view = candidate.view;
+    if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, fit)) return;
+    auto score = score_of(fit, false);
+    if (!score && faintly) {
+        fit.view = candidate.view;
+        if (settle_faint_edge(frame, candidate.wall_angle, faintest_edge(fit), fit.view).mean > settings_.sure_group) score = 0.5 * candidate.score;
+    }
+    if (!score) return;
+    explanation.doubt = doubt_of(fit.view, candidate.wall_angle, hints);
+    if (explanation.doubt > settings_.largest_doubt) {
+        refusal_ = "the likeliest three lines are a corner at the floor, or the camera lies on its side";
+        return;
+    }
+    explanation.score = *score - settings_.score_scale * explanation.doubt;
+    explanations_.push_back(std::move(explanation));
+}
+
 /// Reads the candidates' edges, fits the best of them to the end and reports what is left.
 bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerResult& result) {
     explanations_.clear();
     const std::size_t tried = std::min(found_.candidates.size(), settings_.most_tried);
-    for (std::size_t i = 0; i < tried; ++i) {
-        const CornerCandidate& candidate = found_.candidates[i];
-        Explanation explanation;
-        explanation.fit.view = candidate.view;
-        if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, explanation.fit)) continue;
-        auto score = score_of(explanation.fit, false);
-        if (!score) {  // pieces of an edge may be too faint one by one
-            explanation.fit.view = candidate.view;
-            if (settle_faintest_edge(frame, candidate.wall_angle, explanation.fit.view).mean < settings_.sure_group) continue;
-            score = 0.5 * candidate.score;
-        }
-        explanation.doubt = doubt_of(explanation.fit.view, candidate.wall_angle, hints);
-        if (explanation.doubt > settings_.largest_doubt) {
-            refusal_ = "the likeliest three lines are a corner at the floor, or the camera lies on its side";
-            continue;
-        }
-        explanation.wall_angle = candidate.wall_angle;
-        explanation.score = *score - settings_.score_scale * explanation.doubt;
-        explanation.lines = candidate.lines;
-        explanations_.push_back(std::move(explanation));
-    }
+    for (std::size_t i = 0; i < tried; ++i) try_candidate(frame, hints, found_.candidates[i], false);
+    const std::size_t again = explanations_.empty() ? std::min(tried, settings_.most_refined) : 0;
+    for (std::size_t i = 0; i < again; ++i) try_candidate(frame, hints, found_.candidates[i], true);
     const auto better = [](const Explanation& a, const Explanation& b) { return a.score > b.score; };
     std::stable_sort(explanations_.begin(), explanations_.end(), better);
     merge_same();
-    std::size_t refined = 0;
-    for (Explanation& explanation : explanations_) {
-        const auto score = refined < settings_.most_refined ? refine(frame, explanation) : std::nullopt;
+    // The best few; more only if none of them holds.
+    bool found = false;
+    for (std::size_t i = 0; i < explanations_.size(); ++i) {
+        Explanation& explanation = explanations_[i];
+        const auto score = i < settings_.most_refined || !found ? refine(frame, explanation) : std::nullopt;
         explanation.score = score ? std::max(*score - settings_.score_scale * explanation.doubt, 0.0) : -1;
-        refined += score.has_value();
+        found |= score.has_value();
     }
     std::erase_if(explanations_, [](const Explanation& e) { return e.score < 0; });
     drop_upper_ones(frame);
@@ -194,7 +201,8 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
 std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explanation) {
     CornerFit& fit = explanation.fit;
     settle_height(frame, explanation);
-    settle_faintest_edge(frame, explanation.wall_angle, fit.view);
+    const CornerEdge hardest = faintest_edge(fit);
+    if (fit.shared[hardest]) settle_faint_edge(frame, explanation.wall_angle, hardest, fit.view);
     const CornerView start = fit.view;
     std::optional<double> score;
     if (fitter_.finish(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
@@ -203,7 +211,7 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
         if (fitter_.finish_softly(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
     }
     if (!score) return std::nullopt;
-    const FaintestEdge faintest = settle_faintest_edge(frame, explanation.wall_angle, fit.view);
+    const FaintEdge faintest = settle_faint_edge(frame, explanation.wall_angle, faintest_edge(fit), fit.view);
     if (faintest.moved && !fitter_.weigh(frame, explanation.wall_angle, fit)) return std::nullopt;
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
     if (doubtful && fit.shared[faintest.edge]) explanation.faint = faintest.edge;
@@ -338,24 +346,37 @@ void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
     fit.view = before;
 }
 
-/// Pieces of a faint edge are easily led astray by what is beside it; its light along its whole length is not. Turns the faintest edge to where
-/// that is the plainest.
-CornerObserver::FaintestEdge CornerObserver::settle_faintest_edge(LumaView frame, double wall_angle, CornerView& view) {
-    FaintestEdge faintest;
+/// The edge whose pieces show the least.
+CornerEdge CornerObserver::faintest_edge(const CornerFit& fit) const {
+    std::array<double, 3> sum{};
+    std::array<double, 3> length{};
+    const double group = settings_.faint.piece * settings_.faint.together;
+    for (const EdgePiece& piece : fit.pieces) {
+        length[piece.edge] += piece.length;
+        if (!piece.read) continue;
+        const double plain = piece.step.contrast / piece.step.contrast_sigma;
+        sum[piece.edge] += piece.length * saturated(plain * plain * group / piece.length, settings_.faint);
+    }
+    CornerEdge faintest = x_edge;
+    for (const CornerEdge edge : {y_edge, wall_edge}) {
+        if (sum[edge] * length[faintest] < sum[faintest] * length[edge]) faintest = edge;
+    }
+    return faintest;
+}
+
+/// Pieces of a faint edge are easily led astray by what is beside it; its light along its whole length is not. Turns the edge to where that is
+/// the plainest.
+CornerObserver::FaintEdge CornerObserver::settle_faint_edge(LumaView frame, double wall_angle, CornerEdge edge, CornerView& view) {
+    FaintEdge faintest;
     const auto rays = corner_rays(view, wall_angle);
     if (!rays) return faintest;
     const double group = settings_.faint.piece * settings_.faint.together;
     const auto mean = [&](const EdgeEvidence& e) { return e.plain * group / std::max(e.visible, group); };
-    EdgeEvidence own;
-    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
-        const EdgeEvidence evidence = faint_edges_.along(frame, fitter_.light(), rays->corner, rays->directions[edge]);
-        if (edge != x_edge && mean(evidence) >= faintest.mean) continue;
-        faintest.edge = edge;
-        faintest.mean = mean(evidence);
-        own = evidence;
-    }
+    const EdgeEvidence own = faint_edges_.along(frame, fitter_.light(), rays->corner, rays->directions[edge]);
+    faintest.edge = edge;
+    faintest.mean = mean(own);
     if (faintest.mean > settings_.faint_group) return faintest;
-    faint_edges_.peaks(frame, fitter_.light(), rays->corner, rays->directions[faintest.edge], settings_.faint_span, peaks_);
+    faint_edges_.peaks(frame, fitter_.light(), rays->corner, rays->directions[edge], settings_.faint_span, peaks_);
     if (peaks_.empty()) return faintest;
     const bool other = peaks_[0].evidence.plain > settings_.plainer * own.plain;
     const double turn = other ? peaks_[0].turn : 0;
@@ -366,7 +387,7 @@ CornerObserver::FaintestEdge CornerObserver::settle_faintest_edge(LumaView frame
     }
     if (!other) return faintest;
     CornerRays turned = *rays;
-    turned.directions[faintest.edge] = Eigen::Rotation2Dd(turn) * turned.directions[faintest.edge];
+    turned.directions[edge] = Eigen::Rotation2Dd(turn) * turned.directions[edge];
     const CornerSolutions solutions = solve_corner(turned, wall_angle);
     const Eigen::Matrix3d before = view.corner_from_camera;
     double nearest = settings_.faint_turn;

@@ -98,6 +98,7 @@ private:
     };
     bool look_where_expected(LumaView frame, const CornerHints& hints, CornerResult& result);
     void look_everywhere(LumaView frame, const CornerHints& hints, CornerResult& result);
+    void try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly);
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
     std::optional<double> refine(LumaView frame, Explanation& explanation);
     void merge_same();
@@ -105,13 +106,14 @@ private:
     std::optional<double> score_of(const CornerFit& fit, bool final_fit);
     bool ends_at_corner(LumaView frame, const Explanation& explanation) const;
     bool continues_above(LumaView frame, const Explanation& lower, double rise) const;
-    struct FaintestEdge {
+    struct FaintEdge {
         CornerEdge edge = x_edge;
         double mean = 0;     // squared standard deviations of its groups of pieces
         double rival = 0;    // part of its evidence that the next best line there has
         bool moved = false;  // the view
     };
-    FaintestEdge settle_faintest_edge(LumaView frame, double wall_angle, CornerView& view);
+    CornerEdge faintest_edge(const CornerFit& fit) const;
+    FaintEdge settle_faint_edge(LumaView frame, double wall_angle, CornerEdge edge, CornerView& view);
     void settle_height(LumaView frame, Explanation& explanation);
     void drop_upper_ones(LumaView frame);
     CornerObservation observation_of(const CornerFit& fit, double wall_angle) const;

@@ -13,10 +13,14 @@ constexpr double coarse_turn = 0.6;  // deg
 constexpr double fine_turn = 0.15;   // deg
 constexpr double coarse_soft = 2.5;
 constexpr int coarse_skip = 3;
+constexpr int fine_skip = 1;
 constexpr std::size_t most_peaks = 3;
+constexpr double worth_a_look = 0.4;     // part of the best coarse evidence
 constexpr double least_variance = 0.02;  // of a piece's contrast, squared levels of light
 
 }  // namespace
+
+double saturated(double squared, const FaintEdgeSettings& settings) { return settings.saturation * std::log1p(squared / settings.saturation); }
 
 FaintEdges::FaintEdges(const CameraModel& model, const FaintEdgeSettings& settings) : model_(model), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {}
 
@@ -33,7 +37,7 @@ EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Ei
     const auto close_group = [&](double end) {
         if (pieces > 0 && certainty > 0) {
             const double squared = contrast * contrast / certainty;
-            evidence.plain += settings_.saturation * std::log1p(squared / settings_.saturation);
+            evidence.plain += saturated(squared, settings_);
             if (squared > settings_.plain_group) {
                 evidence.seen += end - group_start;
                 evidence.first = std::min(evidence.first, group_start);
@@ -82,12 +86,12 @@ void FaintEdges::peaks(LumaView frame, const LightTable& light, const Eigen::Vec
         if (above_left && above_right) tops.push_back(coarse[i]);
     }
     std::stable_sort(tops.begin(), tops.end(), plainer);
-    if (tops.size() > most_peaks) tops.resize(most_peaks);
+    while (tops.size() > most_peaks || (tops.size() > 1 && tops.back().evidence.plain < worth_a_look * tops.front().evidence.plain)) tops.pop_back();
     found.clear();
     for (const Peak& top : tops) {
         Peak best;
         for (double turn = -step; turn <= step; turn += radians(fine_turn)) {
-            const Peak fine = look(top.turn + turn, 1, 1);
+            const Peak fine = look(top.turn + turn, fine_skip, 1);
             if (best.evidence.plain < fine.evidence.plain) best = fine;
         }
         found.push_back(best);

@@ -21,6 +21,9 @@ struct FaintEdgeSettings {
     double plain_group = 9;  // squared standard deviations that make a group seen
 };
 
+/// Squared standard deviations of a group of pieces, as they count.
+double saturated(double squared, const FaintEdgeSettings& settings);
+
 /// What the light along a half-line says.
 struct EdgeEvidence {
     double plain = 0;    // over all groups of pieces: squared contrast over its variance, saturated, summed
