@@ -78,7 +78,7 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
             fit.pieces.push_back(piece);
             before = after;
         }
-        share_contrast(edge, fit);
+        if (fit.model[edge] != StepModel::coarse) share_contrast(edge, fit);
     }
 }
 
@@ -219,7 +219,7 @@ void CornerFitter::choose_reach(CornerFit& fit) const {
             fit.reach[edge] = settings_.narrow;
         }
         best = look(edge);
-        fit.length[edge] = wanted() > settings_.longest ? 1.5 * settings_.stretch : std::max(wanted(), settings_.stretch);
+        fit.length[edge] = wanted() > settings_.longest ? 2 * settings_.stretch : std::max(wanted(), settings_.stretch);
     }
 }
 

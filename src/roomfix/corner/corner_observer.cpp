@@ -163,13 +163,14 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     const auto better = [](const Explanation& a, const Explanation& b) { return a.score > b.score; };
     std::stable_sort(explanations_.begin(), explanations_.end(), better);
     merge_same();
-    // The best few; more only if none of them holds.
-    bool found = false;
+    // The best few; more only if none of them holds. What is far behind could not win.
+    double best = 0;
     for (std::size_t i = 0; i < explanations_.size(); ++i) {
         Explanation& explanation = explanations_[i];
-        const auto score = i < settings_.most_refined || !found ? refine(frame, explanation) : std::nullopt;
+        const bool worth_it = explanation.score > settings_.worth_it * best && (i < settings_.most_refined || best == 0);
+        const auto score = worth_it ? refine(frame, explanation) : std::nullopt;
         explanation.score = score ? std::max(*score - settings_.score_scale * explanation.doubt, 0.0) : -1;
-        found |= score.has_value();
+        best = std::max(best, explanation.score);
     }
     std::erase_if(explanations_, [](const Explanation& e) { return e.score < 0; });
     drop_upper_ones(frame);

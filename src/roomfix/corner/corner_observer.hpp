@@ -34,6 +34,7 @@ struct CornerSettings {
     double search_capture = 2;       // px: lines of the search are this exact
     std::size_t most_tried = 12;     // candidates whose edges are read
     std::size_t most_refined = 4;    // of them that are fitted to the end
+    double worth_it = 0.5;           // part of the best one's score that another explanation has before it is fitted
     double long_edge = 55;           // px at 640 px of width: the longest edge seen is no shorter,
     double second_edge = 40;         // nor is the second,
     double short_edge = 18;          // nor the third
