@@ -219,7 +219,7 @@ void CornerFitter::choose_reach(CornerFit& fit) const {
             fit.reach[edge] = settings_.narrow;
         }
         best = look(edge);
-        fit.length[edge] = wanted() > settings_.longest ? 2 * settings_.stretch : std::max(wanted(), settings_.stretch);
+        fit.length[edge] = std::clamp(wanted(), settings_.stretch, settings_.longest);
     }
 }
 
