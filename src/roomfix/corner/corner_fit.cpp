@@ -36,7 +36,9 @@ double piece_weight(const EdgePiece& piece, double gate, const CornerFitSettings
 
 }  // namespace
 
-CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& settings) : model_(model), settings_(settings) {}
+CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& settings) : model_(model), settings_(settings) {
+    settings_.shared *= model.width / 640.0;
+}
 
 void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const {
     fit.pieces.clear();

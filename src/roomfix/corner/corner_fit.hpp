@@ -29,7 +29,7 @@ struct CornerFitSettings {
     double tight = 2.6;                     // ... and if it lies closer still
     double noisier = 2.5;                   // times more noise in the wide reading tells that something does
     double least_contrast = 4;              // standard deviations: a weaker step is none
-    double shared = 96;                     // px to both sides over which the pieces of a faint edge share one contrast
+    double shared = 96;                     // px at 640 px of width: pieces of a faint edge share one contrast with those this far to both sides
     double least_contrast_variance = 0.02;  // of a piece, of light squared
     double largest_offset = 1.2;            // blurs: a step farther off belongs to something else
     double model_sigma = 0.014;             // px: real edges are not quite straight
