@@ -38,6 +38,7 @@ double piece_weight(const EdgePiece& piece, double gate, const CornerFitSettings
 
 CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& settings) : model_(model), settings_(settings) {
     settings_.shared *= model.width / 640.0;
+    settings_.longest *= model.width / 640.0;
 }
 
 void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const {
@@ -80,8 +81,23 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
             fit.pieces.push_back(piece);
             before = after;
         }
-        if (fit.model[edge] != StepModel::coarse) share_contrast(edge, fit);
+        if (fit.model[edge] == StepModel::coarse) continue;
+        leave_out_what_follows(edge, fit);
+        share_contrast(edge, fit);
     }
+}
+
+/// Leaves out the pieces from where another edge begins nearly in line with this one. They are the last of the list.
+void CornerFitter::leave_out_what_follows(CornerEdge edge, CornerFit& fit) const {
+    std::size_t first = fit.pieces.size();
+    while (first > 0 && fit.pieces[first - 1].edge == edge) --first;
+    EdgeContrasts contrasts;
+    for (std::size_t i = first; i < std::min(fit.pieces.size(), first + EdgeContrasts::capacity()); ++i) {
+        const EdgePiece& piece = fit.pieces[i];
+        contrasts.push_back({piece.step.contrast, piece.read ? 1 / (piece.step.contrast_sigma * piece.step.contrast_sigma) : 0});
+    }
+    const std::size_t kept = pieces_before_change(contrasts, fit.length[edge], settings_.change);
+    if (kept < contrasts.size()) fit.pieces.resize(first + kept);
 }
 
 /// Where single pieces of an edge hardly tell that there is one, those around them together do: light and shade change along an edge, but slowly.
@@ -217,7 +233,7 @@ void CornerFitter::choose_reach(CornerFit& fit) const {
         fit.reach[edge] = chosen;
         fit.model[edge] = chosen == settings_.tight ? StepModel::plain : StepModel::full;
         if (wanted() > settings_.longest) {  // too faint for so many unknowns
-            fit.model[edge] = StepModel::plain;
+            fit.model[edge] = StepModel::sloped;
             fit.reach[edge] = settings_.narrow;
         }
         best = look(edge);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "roomfix/corner/corner_geometry.hpp"
+#include "roomfix/corner/edge_contrast.hpp"
 #include "roomfix/corner/edge_step.hpp"
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/imaging/luma.hpp"
@@ -14,22 +15,23 @@
 namespace roomfix {
 
 struct CornerFitSettings {
-    double stretch = 16;                    // px: length of the pieces in which an edge is read ...
-    double longest = 64;                    // ... and of a faint edge
-    double plain = 8;                       // standard deviations of contrast that make a piece long enough
-    double first_gap = 2;                   // px left out at the corner, where all three edges meet
-    double border = 3;                      // px left out at the picture's border
-    double blur = 1.1;                      // px, of the edges, before the picture tells
-    double least_blur = 0.6;                // px
-    double widest_blur = 2.5;               // px
-    double widest_capture = 8;              // px
-    double near = 4;                        // px: from here one round of each width is enough
-    double wide = 10;                       // blurs: how far from an edge the light is read ...
-    double narrow = 5;                      // ... if something lies closer
-    double tight = 2.6;                     // ... and if it lies closer still
-    double noisier = 2.5;                   // times more noise in the wide reading tells that something does
-    double least_contrast = 4;              // standard deviations: a weaker step is none
-    double shared = 96;                     // px at 640 px of width: pieces of a faint edge share one contrast with those this far to both sides
+    double stretch = 16;        // px: length of the pieces in which an edge is read ...
+    double longest = 64;        // ... and of a faint edge
+    double plain = 8;           // standard deviations of contrast that make a piece long enough
+    double first_gap = 2;       // px left out at the corner, where all three edges meet
+    double border = 3;          // px left out at the picture's border
+    double blur = 1.1;          // px, of the edges, before the picture tells
+    double least_blur = 0.6;    // px
+    double widest_blur = 2.5;   // px
+    double widest_capture = 8;  // px
+    double near = 4;            // px: from here one round of each width is enough
+    double wide = 10;           // blurs: how far from an edge the light is read ...
+    double narrow = 5;          // ... if something lies closer
+    double tight = 2.6;         // ... and if it lies closer still
+    double noisier = 2.5;       // times more noise in the wide reading tells that something does
+    double least_contrast = 4;  // standard deviations: a weaker step is none
+    double shared = 96;         // px at 640 px of width: pieces of a faint edge share one contrast with those this far to both sides
+    ContrastChange change;
     double least_contrast_variance = 0.02;  // of a piece, of light squared
     double largest_offset = 1.2;            // blurs: a step farther off belongs to something else
     double model_sigma = 0.014;             // px: real edges are not quite straight
@@ -93,6 +95,7 @@ private:
     bool step(double wall_angle, double gate, CornerFit& fit) const;
     void choose_reach(CornerFit& fit) const;
     void judge(const CornerFit& fit, EdgePiece& piece) const;
+    void leave_out_what_follows(CornerEdge edge, CornerFit& fit) const;
     void share_contrast(CornerEdge edge, CornerFit& fit) const;
     void update_blur(CornerFit& fit) const;
 

@@ -210,10 +210,16 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
     if (!score) {
         fit.view = start;
         if (fitter_.finish_softly(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
+        if (score) {
+            const CornerFit soft = fit;
+            if (fitter_.finish(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
+            else score.reset();
+            if (!score) fit = soft, score = score_of(fit, true);
+        }
     }
     if (!score) return std::nullopt;
     const FaintEdge faintest = settle_faint_edge(frame, explanation.wall_angle, faintest_edge(fit), fit.view);
-    if (faintest.moved && !fitter_.weigh(frame, explanation.wall_angle, fit)) return std::nullopt;
+    if (faintest.moved && !fit_again(frame, explanation.wall_angle, fit)) return std::nullopt;
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
     if (doubtful && fit.shared[faintest.edge]) explanation.faint = faintest.edge;
     if (!ends_at_corner(frame, explanation)) {
@@ -221,6 +227,15 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
         return std::nullopt;
     }
     return score;
+}
+
+/// Fits anew from where a faint edge was turned to. If the pieces would turn it away from there again, the light along all of it is believed.
+bool CornerObserver::fit_again(LumaView frame, double wall_angle, CornerFit& fit) const {
+    const CornerView turned = fit.view;
+    fit.look_known = false;
+    if (fitter_.finish(frame, wall_angle, fit) && (fit.view.corner_from_camera - turned.corner_from_camera).norm() < settings_.apart * 1.5) return true;
+    fit.view = turned;
+    return fitter_.weigh(frame, wall_angle, fit);
 }
 
 /// The same corner from slightly different lines is one explanation: the better one, which comes first.

@@ -102,6 +102,7 @@ private:
     void try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly);
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
     std::optional<double> refine(LumaView frame, Explanation& explanation);
+    bool fit_again(LumaView frame, double wall_angle, CornerFit& fit) const;
     void merge_same();
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;
     std::optional<double> score_of(const CornerFit& fit, bool final_fit);

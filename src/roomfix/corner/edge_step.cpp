@@ -148,7 +148,7 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
         total += at.count;
         ++used;
     }
-    if (used < (model == StepModel::full ? 10 : 7)) return false;
+    if (used < (model == StepModel::full ? 10 : model == StepModel::sloped ? 8 : 7)) return false;
     mean /= total;
     design[6].head(used) -= mean;
     using Square = Eigen::Matrix<double, unknowns, unknowns>;
@@ -162,9 +162,16 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     }
     const double squares = static_cast<double>((weight * design[unknowns].square()).sum());
     normal.diagonal() += Row::Constant(1e-6);
-    if (model != StepModel::full) normal(4, 4) = normal(5, 5) = 1e12;
-    if (model == StepModel::coarse) normal(1, 1) = 1e12;
-    const int free = model == StepModel::full ? unknowns : model == StepModel::plain ? 4 : 3;
+    constexpr double known = 1e12;
+    int free = unknowns;
+    const auto leave_out = [&](StepModel from, int column) {
+        if (model < from) return;
+        normal(column, column) = known;
+        --free;
+    };
+    leave_out(StepModel::sloped, 4);
+    leave_out(StepModel::plain, 5);
+    leave_out(StepModel::coarse, 1);
     // The solution, and the columns of the inverse for the step, its offset and its blur.
     Eigen::Matrix<double, unknowns, 4> sides = Eigen::Matrix<double, unknowns, 4>::Zero();
     sides.col(0) = right;

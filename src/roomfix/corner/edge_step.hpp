@@ -67,6 +67,7 @@ struct EdgeStep {
 /// What of the light around a step is fitted: the fewer unknowns, the less exact, and the less easily led astray.
 enum class StepModel {
     full,    // a step of unknown blur between two slopes (corners are darker than what is around them)
+    sloped,  // a step of known blur between two slopes
     plain,   // a step of known blur on one slope
     coarse,  // a step of known blur
 };

@@ -29,42 +29,31 @@ EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Ei
     EdgeEvidence evidence;
     const double blur = softer * settings_.blur;
     const double reach = std::min(5 * blur + 0.5, LightProfile::widest);
-    // Contrast of a group: each piece's by its certainty.
-    double contrast = 0;
-    double certainty = 0;
-    int pieces = 0;
-    double group_start = settings_.first_gap;
-    const auto close_group = [&](double end) {
-        if (pieces > 0 && certainty > 0) {
-            const double squared = contrast * contrast / certainty;
-            evidence.plain += saturated(squared, settings_);
-            if (squared > settings_.plain_group) {
-                evidence.seen += end - group_start;
-                evidence.first = std::min(evidence.first, group_start);
-            }
-        }
-        contrast = certainty = 0;
-        pieces = 0;
-        group_start = end;
-    };
+    EdgeContrasts pieces;
     const auto pixel_at = [&](double run) { return project(model_, (corner + direction * (run / focal_)).eval().homogeneous()); };
-    double start = settings_.first_gap;
-    auto before = pixel_at(start);
+    auto before = pixel_at(settings_.first_gap);
     LightProfile profile;
     EdgeStep step;
-    for (;; start += settings_.piece) {
-        const auto after = pixel_at(start + settings_.piece);
+    while (pieces.size() < EdgeContrasts::capacity()) {
+        const auto after = pixel_at(settings_.first_gap + settings_.piece * static_cast<double>(pieces.size() + 1));
         if (!before || !after || !model_.contains(*before, settings_.border) || !model_.contains(*after, settings_.border)) break;
-        evidence.visible += settings_.piece;
-        if (read_profile(frame, light, {*before, *after}, reach, skip, profile) && fit_step(profile, blur, reach, StepModel::plain, step)) {
-            const double weight = 1 / std::max(step.contrast_sigma * step.contrast_sigma, least_variance);
-            contrast += weight * step.contrast;
-            certainty += weight;
-        }
-        if (++pieces == settings_.together) close_group(start + settings_.piece);
+        const bool read = read_profile(frame, light, {*before, *after}, reach, skip, profile) && fit_step(profile, blur, reach, StepModel::plain, step);
+        pieces.push_back(read ? PieceContrast{step.contrast, 1 / std::max(step.contrast_sigma * step.contrast_sigma, least_variance)} : PieceContrast{});
         before = after;
     }
-    if (2 * pieces >= settings_.together || evidence.visible < settings_.piece * settings_.together) close_group(start);
+    const std::size_t count = pieces_before_change(pieces, settings_.piece, settings_.change);
+    evidence.visible = settings_.piece * static_cast<double>(count);
+    const auto together = static_cast<std::size_t>(settings_.together);
+    for (std::size_t first = 0; first < count; first += together) {
+        const std::size_t last = std::min(first + together, count);
+        if (2 * (last - first) < together && first > 0) break;
+        const PieceContrast group = mean_of(pieces, first, last);
+        const double squared = group.weight * group.contrast * group.contrast;
+        evidence.plain += saturated(squared, settings_);
+        if (squared < settings_.plain_group) continue;
+        evidence.seen += settings_.piece * static_cast<double>(last - first);
+        evidence.first = std::min(evidence.first, settings_.first_gap + settings_.piece * static_cast<double>(first));
+    }
     return evidence;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "roomfix/corner/edge_contrast.hpp"
 #include "roomfix/corner/edge_step.hpp"
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/imaging/luma.hpp"
@@ -19,6 +20,7 @@ struct FaintEdgeSettings {
     double saturation =
         40;  // squared standard deviations: of a plainer group of pieces more hardly counts, or the frame of a picture would outweigh a whole edge
     double plain_group = 9;  // squared standard deviations that make a group seen
+    ContrastChange change;
 };
 
 /// Squared standard deviations of a group of pieces, as they count.
