@@ -204,20 +204,8 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
     settle_height(frame, explanation);
     const CornerEdge hardest = faintest_edge(fit);
     if (fit.shared[hardest]) settle_faint_edge(frame, explanation.wall_angle, hardest, fit.view);
-    const CornerView start = fit.view;
-    std::optional<double> score;
-    if (fitter_.finish(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
-    if (!score) {
-        fit.view = start;
-        if (fitter_.finish_softly(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
-        if (score) {
-            const CornerFit soft = fit;
-            if (fitter_.finish(frame, explanation.wall_angle, fit)) score = score_of(fit, true);
-            else score.reset();
-            if (!score) fit = soft, score = score_of(fit, true);
-        }
-    }
-    if (!score) return std::nullopt;
+    const auto score = fit_to_the_end(frame, explanation.wall_angle, fit);
+    if (!score || !is_seen_enough(explanation, *score)) return std::nullopt;
     const FaintEdge faintest = settle_faint_edge(frame, explanation.wall_angle, faintest_edge(fit), fit.view);
     if (faintest.moved && !fit_again(frame, explanation.wall_angle, fit)) return std::nullopt;
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
@@ -227,6 +215,44 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
         return std::nullopt;
     }
     return score;
+}
+
+/// Finely if the edges allow it; or softly, and finely from there. The score; nothing if that is no corner.
+std::optional<double> CornerObserver::fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit) {
+    const auto finely = [&] { return fitter_.finish(frame, wall_angle, fit) ? score_of(fit, true) : std::nullopt; };
+    const CornerView start = fit.view;
+    if (const auto score = finely()) return score;
+    fit.view = start;
+    if (!fitter_.finish_softly(frame, wall_angle, fit)) return std::nullopt;
+    const auto soft_score = score_of(fit, true);
+    if (!soft_score) return std::nullopt;
+    const CornerFit soft = fit;
+    if (const auto score = finely()) return score;
+    fit = soft;
+    return soft_score;
+}
+
+/// Where much of the three lines is missing, what is seen of them must be long; and where one of them was only completed, none may be short.
+bool CornerObserver::is_seen_enough(const Explanation& explanation, double score) {
+    const auto support = edge_support(explanation.fit, settings_.straightness);
+    double seen = 0;
+    double visible = 0;
+    double least = 1e9;
+    for (const EdgeSupport& edge : support) {
+        seen += edge.seen;
+        visible += edge.visible;
+        least = std::min(least, edge.seen);
+    }
+    const bool completed = explanation.lines[2] < 0;
+    if (completed && least < settings_.second_edge) {
+        refusal_ = fmt::format("two lines meet, but of the third only {:.0f} px are seen", least);
+        return false;
+    }
+    if (seen < settings_.plain_part * visible && score < settings_.plain_score) {
+        refusal_ = fmt::format("only {:.0f} % of the likeliest three lines are seen, {:.0f} px in all", 100 * seen / visible, seen);
+        return false;
+    }
+    return true;
 }
 
 /// Fits anew from where a faint edge was turned to. If the pieces would turn it away from there again, the light along all of it is believed.
