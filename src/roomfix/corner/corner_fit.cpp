@@ -1,6 +1,5 @@
 #include "roomfix/corner/corner_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -162,23 +161,26 @@ Vector5d CornerFitter::sum_up(double gate, CornerFit& fit) const {
     return pull;
 }
 
-/// Are the pieces enough for all unknowns?
-bool CornerFitter::holds(const CornerFit& fit) const {
-    const Eigen::LDLT<Matrix5d> solver(fit.information);
-    return fit.counted >= 6 && solver.info() == Eigen::Success && solver.isPositive() && solver.vectorD().minCoeff() > 1e-12 * solver.vectorD().maxCoeff();
+/// The information factored; nothing if the pieces are not enough for all unknowns.
+std::optional<Eigen::LDLT<Matrix5d>> CornerFitter::factored(const CornerFit& fit) const {
+    Eigen::LDLT<Matrix5d> solver(fit.information);
+    const auto pivots = solver.vectorD();
+    if (fit.counted < 6 || solver.info() != Eigen::Success || !solver.isPositive() || pivots.minCoeff() <= 1e-12 * pivots.maxCoeff()) return std::nullopt;
+    return solver;
 }
 
 bool CornerFitter::weigh(LumaView frame, double wall_angle, CornerFit& fit) const {
     read(frame, wall_angle, 1, fit);
     sum_up(settings_.outlier, fit);
-    return holds(fit);
+    return factored(fit).has_value();
 }
 
 /// One step of iteratively reweighted least squares.
 bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
     const Vector5d pull = sum_up(gate, fit);
-    if (!holds(fit)) return false;
-    const Vector5d move = fit.information.ldlt().solve(pull);
+    const auto information = factored(fit);
+    if (!information) return false;
+    const Vector5d move = information->solve(pull);
     if (!move.allFinite() || move.head<3>().norm() > 0.3) return false;
     fit.view.corner_from_camera = exponential_rotation(move.head<3>()) * fit.view.corner_from_camera;
     fit.view.place += move.tail<2>();

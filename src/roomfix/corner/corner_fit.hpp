@@ -1,6 +1,7 @@
 // A corner's three edges fitted to the picture: all five unknowns at once, straight through the lens model.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
 #include <optional>
@@ -91,7 +92,7 @@ public:
 
 private:
     Vector5d sum_up(double gate, CornerFit& fit) const;
-    bool holds(const CornerFit& fit) const;
+    std::optional<Eigen::LDLT<Matrix5d>> factored(const CornerFit& fit) const;
     bool step(double wall_angle, double gate, CornerFit& fit) const;
     void choose_reach(CornerFit& fit) const;
     void judge(const CornerFit& fit, EdgePiece& piece) const;

@@ -60,8 +60,8 @@ CornerObserver::CornerObserver(const CameraModel& model, const std::vector<doubl
       faint_edges_(model, settings.faint) {
     // Lengths are stated for 640 px of width, and what light along them tells: the more pixels, the more.
     const double unit = model.width / 640.0;
-    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.largest_gap, &settings_.faint.piece,
-                           &settings_.faint_group, &settings_.least_group, &settings_.sure_group})
+    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.plain_edges, &settings_.largest_gap,
+                           &settings_.faint.piece, &settings_.faint_group, &settings_.least_group, &settings_.sure_group})
         *length *= unit;
     settings_.short_edge = std::max(settings_.short_edge, settings.fit.stretch);
 }
@@ -205,7 +205,7 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
     const CornerEdge hardest = faintest_edge(fit);
     if (fit.shared[hardest]) settle_faint_edge(frame, explanation.wall_angle, hardest, fit.view);
     const auto score = fit_to_the_end(frame, explanation.wall_angle, fit);
-    if (!score || !is_seen_enough(explanation, *score)) return std::nullopt;
+    if (!score || !is_seen_enough(explanation)) return std::nullopt;
     const FaintEdge faintest = settle_faint_edge(frame, explanation.wall_angle, faintest_edge(fit), fit.view);
     if (faintest.moved && !fit_again(frame, explanation.wall_angle, fit)) return std::nullopt;
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
@@ -233,7 +233,7 @@ std::optional<double> CornerObserver::fit_to_the_end(LumaView frame, double wall
 }
 
 /// Where much of the three lines is missing, what is seen of them must be long; and where one of them was only completed, none may be short.
-bool CornerObserver::is_seen_enough(const Explanation& explanation, double score) {
+bool CornerObserver::is_seen_enough(const Explanation& explanation) {
     const auto support = edge_support(explanation.fit, settings_.straightness);
     double seen = 0;
     double visible = 0;
@@ -248,7 +248,7 @@ bool CornerObserver::is_seen_enough(const Explanation& explanation, double score
         refusal_ = fmt::format("two lines meet, but of the third only {:.0f} px are seen", least);
         return false;
     }
-    if (seen < settings_.plain_part * visible && score < settings_.plain_score) {
+    if (seen < settings_.plain_part * visible && seen < settings_.plain_edges) {
         refusal_ = fmt::format("only {:.0f} % of the likeliest three lines are seen, {:.0f} px in all", 100 * seen / visible, seen);
         return false;
     }

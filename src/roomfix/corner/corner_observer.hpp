@@ -40,7 +40,7 @@ struct CornerSettings {
     double short_edge = 18;          // nor the third
     double least_seen = 0.45;        // of the edges inside the picture, up to 200 px of each, this part must be seen
     double plain_part = 0.8;         // of all three lines: where less is seen,
-    double plain_score = 550;        // px at 640 px of width: the score is no less than this
+    double plain_edges = 560;        // px at 640 px of width: it is no less than this
     double beyond_from = 3;          // px: from here ...
     double beyond_to = 11;           // ... to here beyond the corner no edge goes on
     double plainly_beyond = 4;       // standard deviations of an edge that goes on beyond the corner
@@ -105,7 +105,7 @@ private:
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
     std::optional<double> refine(LumaView frame, Explanation& explanation);
     std::optional<double> fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit);
-    bool is_seen_enough(const Explanation& explanation, double score);
+    bool is_seen_enough(const Explanation& explanation);
     bool fit_again(LumaView frame, double wall_angle, CornerFit& fit) const;
     void merge_same();
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;

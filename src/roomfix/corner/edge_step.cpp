@@ -38,6 +38,42 @@ struct PhaseSums {
     std::array<float, phases> place{};  // sum over the rows of the line's place from the first pixel, px
 };
 
+constexpr int unknowns = 6;  // of fit_step()
+using Square = Eigen::Matrix<double, unknowns, unknowns>;
+using Row = Eigen::Matrix<double, unknowns, 1>;
+
+/// Is this column of fit_step() an unknown of the model?
+bool is_free(StepModel model, int column) {
+    switch (column) {
+        case 1:
+            return model < StepModel::coarse;
+        case 4:
+            return model < StepModel::sloped;
+        case 5:
+            return model < StepModel::plain;
+        default:
+            return true;
+    }
+}
+int count_free(StepModel model) {
+    int count = 0;
+    for (int i = 0; i < unknowns; ++i) count += is_free(model, i);
+    return count;
+}
+
+/// Entry k of the diagonal of the inverse of L L^T.
+double inverse_entry(const Square& lower, int k) {
+    Row column;
+    double sum = 0;
+    for (int i = k; i < unknowns; ++i) {
+        double value = i == k ? 1 : 0;
+        for (int j = k; j < i; ++j) value -= lower(i, j) * column[j];
+        column[i] = value / lower(i, i);
+        sum += column[i] * column[i];
+    }
+    return sum;
+}
+
 }  // namespace
 
 LightTable::LightTable(double gamma) {
@@ -118,7 +154,6 @@ bool read_profile(LumaView frame, const LightTable& light, const LineStretch& st
 bool fit_step(const LightProfile& profile, double blur, double reach, StepModel model, EdgeStep& step) {
     // Columns: 1, distance, step, its change with the offset and with the blur, a change of slope; last the light itself. Single precision
     // is enough once the mean light is taken away, and the sums run over whole vectors of it.
-    constexpr int unknowns = 6;
     constexpr int columns_in_all = unknowns + 1;
     using Column = Eigen::Array<float, LightProfile::most, 1>;
     std::array<Column, columns_in_all> design;
@@ -151,43 +186,34 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     if (used < (model == StepModel::full ? 10 : model == StepModel::sloped ? 8 : 7)) return false;
     mean /= total;
     design[6].head(used) -= mean;
-    using Square = Eigen::Matrix<double, unknowns, unknowns>;
-    using Row = Eigen::Matrix<double, unknowns, 1>;
-    Square normal;
-    Row right;
+    // What the model leaves out has no say: a diagonal of one, and nothing beside it.
+    Square normal = Square::Identity();
+    Row right = Row::Zero();
+    const int rows = (used + 7) / 8 * 8;
+    Column weighted;
     for (int i = 0; i < unknowns; ++i) {
-        const Column weighted = weight * design[static_cast<std::size_t>(i)];
-        for (int j = i; j < unknowns; ++j) normal(j, i) = normal(i, j) = static_cast<double>((weighted * design[static_cast<std::size_t>(j)]).sum());
-        right[i] = static_cast<double>((weighted * design[unknowns]).sum());
+        if (!is_free(model, i)) continue;
+        weighted.head(rows) = weight.head(rows) * design[static_cast<std::size_t>(i)].head(rows);
+        for (int j = i; j < unknowns; ++j) {
+            if (!is_free(model, j)) continue;
+            normal(j, i) = normal(i, j) = static_cast<double>((weighted.head(rows) * design[static_cast<std::size_t>(j)].head(rows)).sum());
+        }
+        normal(i, i) += 1e-6;
+        right[i] = static_cast<double>((weighted.head(rows) * design[unknowns].head(rows)).sum());
     }
-    const double squares = static_cast<double>((weight * design[unknowns].square()).sum());
-    normal.diagonal() += Row::Constant(1e-6);
-    constexpr double known = 1e12;
-    int free = unknowns;
-    const auto leave_out = [&](StepModel from, int column) {
-        if (model < from) return;
-        normal(column, column) = known;
-        --free;
-    };
-    leave_out(StepModel::sloped, 4);
-    leave_out(StepModel::plain, 5);
-    leave_out(StepModel::coarse, 1);
-    // The solution, and the columns of the inverse for the step, its offset and its blur.
-    Eigen::Matrix<double, unknowns, 4> sides = Eigen::Matrix<double, unknowns, 4>::Zero();
-    sides.col(0) = right;
-    sides(2, 1) = sides(3, 2) = sides(4, 3) = 1;
+    const double squares = static_cast<double>((weight.head(rows) * design[unknowns].head(rows).square()).sum());
+    const int free = count_free(model);
     const Eigen::LLT<Square> solver(normal);
     if (solver.info() != Eigen::Success) return false;
-    solver.solveInPlace(sides);
-    const Row fit = sides.col(0);
+    const Row fit = solver.solve(right);
     const double by_contrast = 1 / (fit[2] * fit[2]);
     step.noise = std::max(squares - fit.dot(right), 1e-4) / (used - free);
     step.contrast = fit[2];
-    step.contrast_sigma = std::sqrt(step.noise * sides(2, 1));
+    step.contrast_sigma = std::sqrt(step.noise * inverse_entry(solver.matrixLLT(), 2));
     step.offset = fit[3] / fit[2];
-    step.variance = step.noise * sides(3, 2) * by_contrast;
+    step.variance = step.noise * inverse_entry(solver.matrixLLT(), 3) * by_contrast;
     step.blur = blur + fit[4] / fit[2];
-    step.blur_variance = step.noise * sides(4, 3) * by_contrast;
+    step.blur_variance = step.noise * inverse_entry(solver.matrixLLT(), 4) * by_contrast;
     return std::isfinite(step.offset) && std::isfinite(step.variance) && step.variance > 0;
 }
 
