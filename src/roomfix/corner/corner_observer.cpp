@@ -46,6 +46,12 @@ bool goes_on(const EdgeStep& step, double mean, double plain) {
     return ratio > 0.7 && ratio < 1.6 && std::abs(step.contrast) > plain * step.contrast_sigma && std::abs(step.offset) < 1.5;
 }
 
+/// How many times more the pieces scatter than their light tells; 1 where that may be chance.
+double excess_scatter(const CornerFit& fit) {
+    const double by_chance = 1 + 2 * std::sqrt(2.0 / std::max(fit.counted - 5, 1));
+    return fit.spread > by_chance ? fit.spread : 1.0;
+}
+
 const char* const edge_names[] = {"x edge", "y edge", "walls' edge"};
 
 }  // namespace
@@ -473,7 +479,7 @@ CornerObservation CornerObserver::observation_of(const CornerFit& fit, double wa
     CornerObservation observation;
     observation.view = fit.view;
     observation.wall_angle = wall_angle;
-    observation.covariance = fit.information.inverse() * std::max(1.0, fit.spread);
+    observation.covariance = fit.information.inverse() * excess_scatter(fit);
     if (settings_.by_intrinsics) observation.by_intrinsics = view_by_intrinsics(model_, fit, settings_.fit);
     if (const auto pixel = corner_pixel(model_, fit.view, wall_angle)) observation.pixel = pixel->cast<float>();
     const auto support = edge_support(fit, settings_.straightness);
