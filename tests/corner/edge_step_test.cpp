@@ -58,6 +58,39 @@ TEST(EdgeStep, AStepIsFoundWithATrueError) {
     EXPECT_LT(squares / count, 1.35);
 }
 
+TEST(EdgeStep, AFaintStepInADarkCreaseIsNotMovedByTheLightBesideIt) {
+    Random random(17);
+    const LightTable light;
+    const double line = 80.3;
+    const auto mean_offset = [&](StepModel model) {
+        double sum = 0;
+        constexpr int pictures = 60;
+        for (int i = 0; i < pictures; ++i) {
+            LumaImage picture(160, 120);
+            for (int y = 0; y < 120; ++y) {
+                for (int x = 0; x < 160; ++x) {
+                    const double d = x - line;
+                    const double side = 0.5 * std::erfc(-d / (0.9 * std::numbers::sqrt2));
+                    const double bell = std::exp(-0.5 * d * d / 0.81) / std::sqrt(2 * std::numbers::pi);
+                    const double crease = -0.3 * d + 0.8 * (d * side + 0.9 * bell);  // blurred like the step
+                    const double value = 60 + crease + 8 * side;
+                    picture.row(y)[x] = static_cast<std::uint8_t>(std::lround(255 * std::pow(value / 255, 1 / 2.2) + random.normal(1)));
+                }
+            }
+            LightProfile profile;
+            EdgeStep step;
+            const LineStretch stretch{{line, 20}, {line, 84}};
+            EXPECT_TRUE(read_profile(picture, light, stretch, 5, 1, profile));
+            EXPECT_TRUE(fit_step(profile, 0.9, 5, model, step));
+            sum += -step.offset;  // the normal points to the left
+        }
+        return sum / pictures;
+    };
+    // One reading is good to some 0.06 px, the mean of 60 to 0.008 px.
+    EXPECT_NEAR(mean_offset(StepModel::sloped), 0, 0.05);
+    EXPECT_GT(std::abs(mean_offset(StepModel::plain)), 0.1) << "else this test shows nothing";
+}
+
 TEST(EdgeStep, WhereNothingStepsTheContrastIsNoise) {
     Random random(5);
     const LumaImage picture = step_picture({1, 0}, 80, 80, 80, 0.9, 2, random);
