@@ -26,6 +26,12 @@ std::optional<CornerRays> corner_rays(const CornerView& view, double wall_angle)
     return rays;
 }
 
+std::optional<Eigen::Vector2d> corner_pixel(const CameraModel& model, const CornerView& view, double wall_angle) {
+    const auto rays = corner_rays(view, wall_angle);
+    if (!rays) return std::nullopt;
+    return project(model, rays->corner.homogeneous());
+}
+
 bool is_inside(const CornerView& view, double wall_angle) {
     // place = a (1, 0) + b (cos, sin) with a, b > 0
     const double b = view.place.y() / std::sin(wall_angle);

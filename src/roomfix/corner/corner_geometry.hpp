@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/observation/corner_observation.hpp"
 
 namespace roomfix {
@@ -20,6 +21,9 @@ std::array<Eigen::Vector3d, 3> edge_directions(double wall_angle);
 
 /// The picture of a corner. Nothing if the corner is behind the camera or an edge points straight at it.
 std::optional<CornerRays> corner_rays(const CornerView& view, double wall_angle);
+
+/// Where a camera sees the corner, px; nothing where corner_rays() has none.
+std::optional<Eigen::Vector2d> corner_pixel(const CameraModel& model, const CornerView& view, double wall_angle);
 
 /// The camera that sees these half-lines: inside the room, below the ceiling. Two at most, and for walls at a right angle one; nothing
 /// where no such corner draws them. Source: perspective of three orthogonal angles (Briales and Gonzalez-Jimenez 2016) for three lines

@@ -10,12 +10,6 @@
 namespace roomfix {
 namespace {
 
-std::optional<Eigen::Vector2d> corner_pixel(const CameraModel& model, const CornerView& view, double wall_angle) {
-    const auto rays = corner_rays(view, wall_angle);
-    if (!rays) return std::nullopt;
-    return project(model, rays->corner.homogeneous());
-}
-
 /// How unlikely a camera is that sees an edge which points down (sign 1) or up (-1), a unit vector in its frame, like this: people hold
 /// cameras upright and seldom point them straight up. Half a squared number of standard deviations.
 double doubt_of_hold(const Eigen::Vector3d& vertical, double sign, const CornerSettings& settings) {
@@ -25,25 +19,6 @@ double doubt_of_hold(const Eigen::Vector3d& vertical, double sign, const CornerS
     // The closer to straight up, the less roll means.
     const double turned = roll * std::min(1.0, 2 * std::hypot(vertical.x(), vertical.y())) / settings.roll_sigma;
     return 0.5 * (turned * turned + steep * steep);
-}
-
-/// Light's step across an edge in the pieces next to the corner; 0 where none is seen.
-double contrast_near_corner(const CornerFit& fit, CornerEdge edge) {
-    constexpr int most = 4;
-    double sum = 0;
-    int count = 0;
-    for (const EdgePiece& piece : fit.pieces) {
-        if (piece.edge != edge || !piece.seen || count == most) continue;
-        sum += piece.step.contrast;
-        ++count;
-    }
-    return count > 0 ? sum / count : 0;
-}
-
-/// Does an edge of contrast `mean` go on where `step` was read? It must stand out by `plain` standard deviations.
-bool goes_on(const EdgeStep& step, double mean, double plain) {
-    const double ratio = step.contrast / mean;
-    return ratio > 0.7 && ratio < 1.6 && std::abs(step.contrast) > plain * step.contrast_sigma && std::abs(step.offset) < 1.5;
 }
 
 /// How many times more the pieces scatter than their light tells; 1 where that may be chance.
@@ -63,11 +38,11 @@ CornerObserver::CornerObserver(const CameraModel& model, const std::vector<doubl
       line_search_(model, settings.lines),
       search_(model, wall_angles, settings.search),
       fitter_(model, settings.fit),
-      faint_edges_(model, settings.faint) {
-    // Lengths are stated for 640 px of width, and what light along them tells: the more pixels, the more.
+      edge_ends_(model, fitter_.light(), settings.ends),
+      settler_(model, fitter_.light(), settings.faint) {
+    // Lengths are stated for 640 px of width.
     const double unit = model.width / 640.0;
-    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.plain_edges, &settings_.largest_gap,
-                           &settings_.faint.piece, &settings_.faint_group, &settings_.least_group, &settings_.sure_group})
+    for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.plain_edges, &settings_.largest_gap})
         *length *= unit;
     settings_.short_edge = std::max(settings_.short_edge, settings.fit.stretch);
 }
@@ -117,7 +92,7 @@ void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, C
     refusal_.clear();
     bool found = explain(frame, hints, result);
     if (!found) {
-        search_.complete(frame, fitter_.light(), faint_edges_, hints.gravity, found_);
+        search_.complete(frame, fitter_.light(), settler_.edges(), hints.gravity, found_);
         found = explain(frame, hints, result);
     }
     if (found) return;
@@ -147,7 +122,7 @@ void CornerObserver::try_candidate(LumaView frame, const CornerHints& hints, con
     auto score = score_of(fit, false);
     if (!score && faintly) {
         fit.view = candidate.view;
-        if (settle_faint_edge(frame, candidate.wall_angle, faintest_edge(fit), fit.view).mean > settings_.sure_group) score = 0.5 * candidate.score;
+        if (settler_.settle(frame, candidate.wall_angle, settler_.faintest(fit), fit.view).mean > settings_.sure_group) score = 0.5 * candidate.score;
     }
     if (!score) return;
     explanation.doubt = doubt_of(fit.view, candidate.wall_angle, hints);
@@ -208,15 +183,15 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
 std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explanation) {
     CornerFit& fit = explanation.fit;
     settle_height(frame, explanation);
-    const CornerEdge hardest = faintest_edge(fit);
-    if (fit.shared[hardest]) settle_faint_edge(frame, explanation.wall_angle, hardest, fit.view);
+    const CornerEdge hardest = settler_.faintest(fit);
+    if (fit.shared[hardest]) settler_.settle(frame, explanation.wall_angle, hardest, fit.view);
     const auto score = fit_to_the_end(frame, explanation.wall_angle, fit);
     if (!score || !is_seen_enough(explanation)) return std::nullopt;
-    const FaintEdge faintest = settle_faint_edge(frame, explanation.wall_angle, faintest_edge(fit), fit.view);
+    const SettledEdge faintest = settler_.settle(frame, explanation.wall_angle, settler_.faintest(fit), fit.view);
     if (faintest.moved && !fit_again(frame, explanation.wall_angle, fit)) return std::nullopt;
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
     if (doubtful && fit.shared[faintest.edge]) explanation.faint = faintest.edge;
-    if (!ends_at_corner(frame, explanation)) {
+    if (!edge_ends_.end_at_corner(frame, fit, explanation.wall_angle)) {
         refusal_ = "an edge of the likeliest three lines goes on beyond where they meet";
         return std::nullopt;
     }
@@ -265,7 +240,7 @@ bool CornerObserver::is_seen_enough(const Explanation& explanation) {
 bool CornerObserver::fit_again(LumaView frame, double wall_angle, CornerFit& fit) const {
     const CornerView turned = fit.view;
     fit.look_known = false;
-    if (fitter_.finish(frame, wall_angle, fit) && (fit.view.corner_from_camera - turned.corner_from_camera).norm() < settings_.apart * 1.5) return true;
+    if (fitter_.finish(frame, wall_angle, fit) && (fit.view.corner_from_camera - turned.corner_from_camera).norm() < settings_.settled) return true;
     fit.view = turned;
     return fitter_.weigh(frame, wall_angle, fit);
 }
@@ -336,42 +311,6 @@ std::optional<double> CornerObserver::score_of(const CornerFit& fit, bool final_
     return std::max(score / unit, 0.0);
 }
 
-/// Does the edge between the walls go on right above the explanation's corner, for `rise` (ceiling distances)?
-bool CornerObserver::continues_above(LumaView frame, const Explanation& lower, double rise) const {
-    const auto pixel = corner_pixel(model_, lower.fit.view, lower.wall_angle);
-    const auto upper = corner_pixel(model_, with_corner_raised(lower.fit.view, rise), lower.wall_angle);
-    if (!pixel || !upper) return false;
-    const double mean = contrast_near_corner(lower.fit, wall_edge);
-    if (mean == 0) return false;
-    // The pieces run down from the corner, this stretch down to it.
-    LightProfile profile;
-    EdgeStep step;
-    const LineStretch between{*upper + 0.15 * (*pixel - *upper), *pixel - 0.15 * (*pixel - *upper)};
-    if (!read_profile(frame, fitter_.light(), between, 5, 1, profile) || !fit_step(profile, lower.fit.blur[wall_edge], 5, StepModel::coarse, step))
-        return false;
-    return goes_on(step, mean, settings_.plainly_above);
-}
-
-/// The edges along the ceiling end at the corner: one that goes on belongs to something else, such as the other side of a moulding. The walls'
-/// edge may seem to go on in a moulding's mitre.
-bool CornerObserver::ends_at_corner(LumaView frame, const Explanation& explanation) const {
-    const auto rays = corner_rays(explanation.fit.view, explanation.wall_angle);
-    if (!rays) return false;
-    const double focal = 0.5 * (model_.fx + model_.fy);
-    LightProfile profile;
-    EdgeStep step;
-    for (const CornerEdge edge : {x_edge, y_edge}) {
-        const double mean = contrast_near_corner(explanation.fit, edge);
-        const auto pixel_beyond = [&](double px) { return project(model_, (rays->corner - rays->directions[edge] * (px / focal)).eval().homogeneous()); };
-        const auto from = pixel_beyond(settings_.beyond_from);
-        const auto to = pixel_beyond(settings_.beyond_to);
-        if (mean == 0 || !from || !to || !model_.contains(*from, 6) || !model_.contains(*to, 6)) continue;
-        if (!read_profile(frame, fitter_.light(), {*to, *from}, 5, 1, profile)) continue;
-        if (fit_step(profile, explanation.fit.blur[edge], 5, StepModel::coarse, step) && goes_on(step, mean, settings_.plainly_beyond)) return false;
-    }
-    return true;
-}
-
 /// A moulding draws several edges on each wall, one above the other. The corner is where the edge between the walls ends: at the lowest of
 /// them.
 void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
@@ -389,66 +328,9 @@ void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
     for (const ParallelCorner& lower : parallels_) {
         if (lower.rise > -own) break;
         fit.view = with_corner_raised(before, lower.rise);
-        if (!continues_above(frame, explanation, -lower.rise)) return;
+        if (!edge_ends_.continues_above(frame, fit, explanation.wall_angle, -lower.rise)) return;
     }
     fit.view = before;
-}
-
-/// The edge whose pieces show the least.
-CornerEdge CornerObserver::faintest_edge(const CornerFit& fit) const {
-    std::array<double, 3> sum{};
-    std::array<double, 3> length{};
-    const double group = settings_.faint.piece * settings_.faint.together;
-    for (const EdgePiece& piece : fit.pieces) {
-        length[piece.edge] += piece.length;
-        if (!piece.read) continue;
-        const double plain = piece.step.contrast / piece.step.contrast_sigma;
-        sum[piece.edge] += piece.length * saturated(plain * plain * group / piece.length, settings_.faint);
-    }
-    CornerEdge faintest = x_edge;
-    for (const CornerEdge edge : {y_edge, wall_edge}) {
-        if (sum[edge] * length[faintest] < sum[faintest] * length[edge]) faintest = edge;
-    }
-    return faintest;
-}
-
-/// Pieces of a faint edge are easily led astray by what is beside it; its light along its whole length is not. Turns the edge to where that is
-/// the plainest.
-CornerObserver::FaintEdge CornerObserver::settle_faint_edge(LumaView frame, double wall_angle, CornerEdge edge, CornerView& view) {
-    FaintEdge faintest;
-    const auto rays = corner_rays(view, wall_angle);
-    if (!rays) return faintest;
-    const double group = settings_.faint.piece * settings_.faint.together;
-    const auto mean = [&](const EdgeEvidence& e) { return e.plain * group / std::max(e.visible, group); };
-    const EdgeEvidence own = faint_edges_.along(frame, fitter_.light(), rays->corner, rays->directions[edge]);
-    faintest.edge = edge;
-    faintest.mean = mean(own);
-    if (faintest.mean > settings_.faint_group) return faintest;
-    faint_edges_.peaks(frame, fitter_.light(), rays->corner, rays->directions[edge], settings_.faint_span, peaks_);
-    if (peaks_.empty()) return faintest;
-    const bool other = peaks_[0].evidence.plain > settings_.plainer * own.plain;
-    const double turn = other ? peaks_[0].turn : 0;
-    const EdgeEvidence best = other ? peaks_[0].evidence : own;
-    for (const FaintEdges::Peak& peak : peaks_) {
-        if (std::abs(peak.turn - turn) < settings_.apart) continue;
-        faintest.rival = std::max(faintest.rival, peak.evidence.plain / std::max(best.plain, 1e-9));
-    }
-    if (!other) return faintest;
-    CornerRays turned = *rays;
-    turned.directions[edge] = Eigen::Rotation2Dd(turn) * turned.directions[edge];
-    const CornerSolutions solutions = solve_corner(turned, wall_angle);
-    const Eigen::Matrix3d before = view.corner_from_camera;
-    double nearest = settings_.faint_turn;
-    for (int i = 0; i < solutions.count; ++i) {
-        const CornerView& solution = solutions.views[static_cast<std::size_t>(i)];
-        const double off = (solution.corner_from_camera - before).norm();
-        if (off > nearest) continue;
-        nearest = off;
-        view = solution;
-        faintest.moved = true;
-        faintest.mean = mean(peaks_[0].evidence);
-    }
-    return faintest;
 }
 
 /// The same for explanations whose corners lie farther apart than one reading across an edge reaches.
@@ -466,7 +348,7 @@ void CornerObserver::drop_upper_ones(LumaView frame) {
             const bool along_wall = std::sqrt(std::max(apart.squaredNorm() - rise * rise, 0.0)) < 0.4 * rise + 1;
             if (rise < 2 || rise > settings_.largest_moulding * model_.height || !parallel || !along_wall) return false;
             const double raised = upper.fit.view.place.norm() > 0 ? lower.fit.view.place.norm() / upper.fit.view.place.norm() - 1 : 0;
-            return raised > 0 && !continues_above(frame, lower, raised);
+            return raised > 0 && !edge_ends_.continues_above(frame, lower.fit, lower.wall_angle, raised);
         });
     };
     std::vector<bool> drop;

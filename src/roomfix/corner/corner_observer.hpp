@@ -8,7 +8,8 @@
 
 #include "roomfix/corner/corner_fit.hpp"
 #include "roomfix/corner/corner_search.hpp"
-#include "roomfix/corner/faint_edge.hpp"
+#include "roomfix/corner/edge_ends.hpp"
+#include "roomfix/corner/edge_settler.hpp"
 #include "roomfix/corner/line_search.hpp"
 #include "roomfix/corner/parallel_edges.hpp"
 #include "roomfix/imaging/edge_points.hpp"
@@ -22,15 +23,12 @@ struct CornerSettings {
     CornerSearchSettings search;
     CornerFitSettings fit;
     ParallelSettings parallel;
-    FaintEdgeSettings faint;
-    double faint_group = 90;         // squared standard deviations, mean of the groups of pieces of an edge: below, its direction is looked for anew
-    double least_group = 30;         // below, an edge may be chance
+    EdgeSettlerSettings faint;
+    EdgeEndSettings ends;
+    double least_group = 30;         // squared standard deviations, mean of the groups of pieces of an edge: below, it may be chance
     double largest_rival = 0.72;     // of a faint edge's evidence: another line there with more may as well be the edge;
-    double apart = 0.016;            // rad: more than this beside it
     double sure_group = 40;          // above, a line is an edge even if no piece of it is seen by itself
-    double faint_span = 0.1;         // rad: its direction is looked for this far to both sides
-    double faint_turn = 0.5;         // rad, about: the camera turns no more by that
-    double plainer = 1.12;           // times the evidence that another direction must have
+    double settled = 0.024;          // difference of rotations: a fit that turns a faint edge farther than this from where it was settled is not believed
     double search_capture = 2;       // px: lines of the search are this exact
     std::size_t most_tried = 12;     // candidates whose edges are read
     std::size_t most_refined = 4;    // of them that are fitted to the end
@@ -41,10 +39,6 @@ struct CornerSettings {
     double least_seen = 0.45;        // of the edges inside the picture, up to 200 px of each, this part must be seen
     double plain_part = 0.8;         // of all three lines: where less is seen,
     double plain_edges = 560;        // px at 640 px of width: it is no less than this
-    double beyond_from = 3;          // px: from here ...
-    double beyond_to = 11;           // ... to here beyond the corner no edge goes on
-    double plainly_beyond = 4;       // standard deviations of an edge that goes on beyond the corner
-    double plainly_above = 8;        // and of the walls' edge above a moulding: its mitre draws much the same
     double straightness = 0.35;      // px: real edges bend this much
     double largest_gap = 70;         // px from the corner to where an edge is seen first
     double largest_spread = 12;      // of the pieces' offsets over their variances
@@ -110,16 +104,6 @@ private:
     void merge_same();
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;
     std::optional<double> score_of(const CornerFit& fit, bool final_fit);
-    bool ends_at_corner(LumaView frame, const Explanation& explanation) const;
-    bool continues_above(LumaView frame, const Explanation& lower, double rise) const;
-    struct FaintEdge {
-        CornerEdge edge = x_edge;
-        double mean = 0;     // squared standard deviations of its groups of pieces
-        double rival = 0;    // part of its evidence that the next best line there has
-        bool moved = false;  // the view
-    };
-    CornerEdge faintest_edge(const CornerFit& fit) const;
-    FaintEdge settle_faint_edge(LumaView frame, double wall_angle, CornerEdge edge, CornerView& view);
     void settle_height(LumaView frame, Explanation& explanation);
     void drop_upper_ones(LumaView frame);
     CornerObservation observation_of(const CornerFit& fit, double wall_angle) const;
@@ -131,7 +115,8 @@ private:
     LineSearch line_search_;
     CornerSearch search_;
     CornerFitter fitter_;
-    FaintEdges faint_edges_;
+    EdgeEnds edge_ends_;
+    EdgeSettler settler_;
     std::string refusal_;  // why the last fit was no corner
     // Working memory, kept between frames.
     std::vector<EdgePoint> points_;
@@ -139,7 +124,6 @@ private:
     CornerSearchResult found_;
     std::vector<Explanation> explanations_;
     std::vector<ParallelCorner> parallels_;
-    std::vector<FaintEdges::Peak> peaks_;
     CornerFit fit_;
 };
 
