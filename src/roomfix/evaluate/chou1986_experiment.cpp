@@ -170,8 +170,8 @@ std::string chou1986_table(const Chou1986Report& report) {
         "      true        |                as published                   |                   roomfix                     |  bound\n"
         "   X_c    Y_c     |  mean X  sigma   e %     mean Y  sigma   e %  |  mean X  sigma   e %     mean Y  sigma   e %  |   mm\n",
         report.options.seeds * chou1986_pictures, chou1986_ceiling - chou1986_camera_height);
-    const auto columns = [](const Coordinate& x, const Coordinate& y) {
-        if (x.count == 0) return fmt::format(" {:46}", "none found");
+    const auto columns = [](const Coordinate& x, const Coordinate& y, bool tried = true) {
+        if (x.count == 0) return fmt::format(" {:46}", tried ? "none found" : "not tried");
         return fmt::format(" {:7.4f} {:6.2f} {:6.3f}    {:7.4f} {:6.2f} {:6.3f}  ", x.mean, 1e3 * x.sigma, x.percent, y.mean, 1e3 * y.sigma, y.percent);
     };
     for (std::size_t p = 0; p < chou1986_places().size(); ++p) {
@@ -190,7 +190,7 @@ std::string chou1986_table(const Chou1986Report& report) {
             ++count;
         }
         text += fmt::format("  {:5.2f}  {:5.2f}    |{}|{}| {:6.2f}\n", place.x(), place.y(),
-                            columns(coordinate_of(values[0], place.x()), coordinate_of(values[1], place.y())),
+                            columns(coordinate_of(values[0], place.x()), coordinate_of(values[1], place.y()), report.options.published),
                             columns(coordinate_of(values[2], place.x()), coordinate_of(values[3], place.y())), 1e3 * std::sqrt(bound / std::max(count, 1)));
     }
     text +=
