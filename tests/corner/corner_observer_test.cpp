@@ -157,7 +157,7 @@ TEST(CornerObserver, WhereNoCornerIsNoneIsFoundAndTheReasonSaysWhy) {
         found += !studio.result.corners.empty();
         EXPECT_EQ(studio.result.corners.empty(), !studio.result.reason.empty());
     }
-    EXPECT_LE(found, 4);  // about one in 100 at full length
+    EXPECT_EQ(found, 0);  // of 3600 at full length, too
 }
 
 TEST(CornerObserver, BlankNoisyFlatAndTinyPicturesSayWhy) {

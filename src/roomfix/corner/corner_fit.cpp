@@ -36,8 +36,8 @@ double piece_weight(const EdgePiece& piece, double gate, const CornerFitSettings
 }  // namespace
 
 CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& settings) : model_(model), settings_(settings) {
-    settings_.shared *= model.width / 640.0;
-    settings_.longest *= model.width / 640.0;
+    settings_.shared *= length_unit(model);
+    settings_.longest *= length_unit(model);
 }
 
 void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const {

@@ -16,29 +16,29 @@
 namespace roomfix {
 
 struct CornerFitSettings {
-    double stretch = 16;        // px: length of the pieces in which an edge is read ...
-    double longest = 64;        // ... and of a faint edge
-    double plain = 8;           // standard deviations of contrast that make a piece long enough
-    double first_gap = 2;       // px left out at the corner, where all three edges meet
-    double border = 3;          // px left out at the picture's border
-    double blur = 1.1;          // px, of the edges, before the picture tells
-    double least_blur = 0.6;    // px
-    double widest_blur = 2.5;   // px
-    double widest_capture = 8;  // px
-    double near = 4;            // px: from here one round of each width is enough
-    double wide = 10;           // blurs: how far from an edge the light is read ...
-    double narrow = 5;          // ... if something lies closer
-    double tight = 2.6;         // ... and if it lies closer still
-    double noisier = 2.5;       // times more noise in the wide reading tells that something does
-    double least_contrast = 4;  // standard deviations: a weaker step is none
-    double shared = 96;         // px at 640 px of width: pieces of a faint edge share one contrast with those this far to both sides
-    ContrastChange change;
+    double stretch = 16;                    // px: length of the pieces in which an edge is read ...
+    double longest = 64;                    // ... and, px at 640 px of width, of a faint edge
+    double plain = 8;                       // standard deviations of contrast that make a piece long enough
+    double first_gap = 2;                   // px left out at the corner, where all three edges meet
+    double border = 3;                      // px left out at the picture's border
+    double blur = 1.1;                      // px, of the edges, before the picture tells
+    double least_blur = 0.6;                // px
+    double widest_blur = 2.5;               // px
+    double widest_capture = 8;              // px
+    double near = 4;                        // px: from here one round of each width is enough
+    double wide = 10;                       // blurs: how far from an edge the light is read ...
+    double narrow = 5;                      // ... if something lies closer
+    double tight = 2.6;                     // ... and if it lies closer still
+    double noisier = 2.5;                   // times more noise in the wide reading tells that something does
+    double least_contrast = 4;              // standard deviations: a weaker step is none
+    double shared = 96;                     // px at 640 px of width: pieces of a faint edge share one contrast with those this far to both sides
     double least_contrast_variance = 0.02;  // of a piece, of light squared
     double largest_offset = 1.2;            // blurs: a step farther off belongs to something else
     double model_sigma = 0.014;             // px: real edges are not quite straight
     double soft_blur = 1.6;                 // px, of finish_softly()
     double merged = 1.8;                    // times the sharpest edge's blur: such an edge is two
     double outlier = 6;                     // standard deviations
+    ContrastChange change;
 };
 
 /// A piece of an edge as it was read.

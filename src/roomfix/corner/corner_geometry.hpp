@@ -16,6 +16,9 @@ struct CornerRays {
     std::array<Eigen::Vector2d, 3> directions;  // of unit length, away from the corner; x edge, y edge, the walls' edge
 };
 
+/// Settings state lengths for a picture 640 px wide: so many of the model's pixels are one of theirs.
+inline double length_unit(const CameraModel& model) { return model.width / 640.0; }
+
 /// Unit directions of the edges, away from the corner, in the corner's frame: x edge, y edge (`wall_angle` to the left of x, rad), down.
 std::array<Eigen::Vector3d, 3> edge_directions(double wall_angle);
 

@@ -40,8 +40,7 @@ CornerObserver::CornerObserver(const CameraModel& model, const std::vector<doubl
       fitter_(model, settings.fit),
       edge_ends_(model, fitter_.light(), settings.ends),
       settler_(model, fitter_.light(), settings.faint) {
-    // Lengths are stated for 640 px of width.
-    const double unit = model.width / 640.0;
+    const double unit = length_unit(model);
     for (double* length : {&settings_.long_edge, &settings_.second_edge, &settings_.short_edge, &settings_.plain_edges, &settings_.largest_gap})
         *length *= unit;
     settings_.short_edge = std::max(settings_.short_edge, settings.fit.stretch);
@@ -188,7 +187,15 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
     const auto score = fit_to_the_end(frame, explanation.wall_angle, fit);
     if (!score || !is_seen_enough(explanation)) return std::nullopt;
     const SettledEdge faintest = settler_.settle(frame, explanation.wall_angle, settler_.faintest(fit), fit.view);
-    if (faintest.moved && !fit_again(frame, explanation.wall_angle, fit)) return std::nullopt;
+    if (faintest.moved) {
+        const bool holds = fit_again(frame, explanation.wall_angle, fit) && score_of(fit, true) && is_seen_enough(explanation);
+        if (!holds) return std::nullopt;
+    }
+    const CornerCompanions companions = companions_of(fit.view, explanation.wall_angle, lines_, model_, settings_.outside);
+    if (companions.outside > companions.inside) {
+        refusal_ = "the likeliest three lines are a corner that stands out into the room";
+        return std::nullopt;
+    }
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
     if (doubtful && fit.shared[faintest.edge]) explanation.faint = faintest.edge;
     if (!edge_ends_.end_at_corner(frame, fit, explanation.wall_angle)) {
@@ -279,7 +286,7 @@ double CornerObserver::doubt_of(const CornerView& view, double wall_angle, const
 /// Pixels of edge that the picture confirms, less what is missing; nothing if that is no corner.
 std::optional<double> CornerObserver::score_of(const CornerFit& fit, bool final_fit) {
     const auto support = edge_support(fit, final_fit ? settings_.straightness : 10);
-    const double unit = model_.width / 640.0;
+    const double unit = length_unit(model_);
     std::array<double, 3> seen{};
     double counted = 0;
     double possible = 0;
@@ -377,20 +384,10 @@ void CornerObserver::add_rejected(const std::array<int, 3>& used, CornerResult& 
     constexpr std::size_t most = 40;
     for (std::size_t i = 0; i < lines_.size() && result.rejected.size() < most; ++i) {
         if (std::find(used.begin(), used.end(), static_cast<int>(i)) != used.end()) continue;
-        const SceneLine& line = lines_[i];
-        int first = -1;
-        int last = -1;
-        for (int c = 0; c < SceneLine::cells; ++c) {
-            if (line.filled[static_cast<std::size_t>(c) + 1] == line.filled[static_cast<std::size_t>(c)]) continue;
-            if (first < 0) first = c;
-            last = c + 1;
-        }
-        const auto at = [&](int c) {
-            return project(model_, (line.normal * line.distance + line.along() * (line.first + c * line.cell)).eval().homogeneous());
-        };
-        const auto from = at(first);
-        const auto to = at(last);
-        if (first >= 0 && from && to) result.rejected.push_back({from->cast<float>(), to->cast<float>()});
+        const auto ends = lines_[i].ends();
+        const auto from = project(model_, ends[0].homogeneous());
+        const auto to = project(model_, ends[1].homogeneous());
+        if (from && to) result.rejected.push_back({from->cast<float>(), to->cast<float>()});
     }
 }
 

@@ -11,6 +11,7 @@
 #include "roomfix/corner/edge_ends.hpp"
 #include "roomfix/corner/edge_settler.hpp"
 #include "roomfix/corner/line_search.hpp"
+#include "roomfix/corner/outside_corner.hpp"
 #include "roomfix/corner/parallel_edges.hpp"
 #include "roomfix/imaging/edge_points.hpp"
 #include "roomfix/observation/corner_observation.hpp"
@@ -25,6 +26,7 @@ struct CornerSettings {
     ParallelSettings parallel;
     EdgeSettlerSettings faint;
     EdgeEndSettings ends;
+    OutsideCornerSettings outside;
     double least_group = 30;         // squared standard deviations, mean of the groups of pieces of an edge: below, it may be chance
     double largest_rival = 0.72;     // of a faint edge's evidence: another line there with more may as well be the edge;
     double sure_group = 40;          // above, a line is an edge even if no piece of it is seen by itself

@@ -11,7 +11,7 @@ namespace roomfix {
 
 CornerSearch::CornerSearch(const CameraModel& model, const std::vector<double>& wall_angles, const CornerSearchSettings& settings)
     : model_(model), wall_angles_(wall_angles), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {
-    const double unit = model.width / 640.0;
+    const double unit = length_unit(model);
     settings_.meeting = std::max(settings_.meeting * unit, 2.5);
     settings_.near_corner *= unit;
 }

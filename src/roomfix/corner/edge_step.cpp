@@ -183,7 +183,8 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
         total += at.count;
         ++used;
     }
-    if (used < (model == StepModel::full ? 10 : model == StepModel::sloped ? 8 : 7)) return false;
+    const int free = count_free(model);
+    if (used < free + 4) return false;
     mean /= total;
     design[6].head(used) -= mean;
     // What the model leaves out has no say: a diagonal of one, and nothing beside it.
@@ -202,7 +203,6 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
         right[i] = static_cast<double>((weighted.head(rows) * design[unknowns].head(rows)).sum());
     }
     const double squares = static_cast<double>((weight.head(rows) * design[unknowns].head(rows).square()).sum());
-    const int free = count_free(model);
     const Eigen::LLT<Square> solver(normal);
     if (solver.info() != Eigen::Success) return false;
     const Row fit = solver.solve(right);

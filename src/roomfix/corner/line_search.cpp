@@ -28,6 +28,11 @@ double SceneLine::covered(double from, double to) const {
     return cell * (filled[static_cast<std::size_t>(high)] - filled[static_cast<std::size_t>(low)]);
 }
 
+std::array<Eigen::Vector2d, 2> SceneLine::ends() const {
+    const auto at = [&](int border) { return (normal * distance + along() * (first + border * cell)).eval(); };
+    return {at(first_filled), at(last_filled + 1)};
+}
+
 LineSearch::LineSearch(const CameraModel& model, const LineSearchSettings& settings) : model_(model), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {
     grid_across_ = (model.width + grid - 1) / grid + 1;
     grid_down_ = (model.height + grid - 1) / grid + 1;
@@ -188,6 +193,10 @@ bool LineSearch::fit(const Peak& peak, int reduction, SceneLine& line) {
     line.first = static_cast<double>(first) / focal_;
     for (std::size_t i = 0; i < count.size(); ++i) line.filled[i + 1] = static_cast<std::int16_t>(line.filled[i] + (count[i] > 0));
     if (line.points < least_) return false;
+    const auto is_filled = [](int n) { return n > 0; };
+    line.first_filled = static_cast<int>(std::find_if(count.begin(), count.end(), is_filled) - count.begin());
+    line.last_filled = static_cast<int>(count.rend() - std::find_if(count.rbegin(), count.rend(), is_filled)) - 1;
+    line.density = line.points * reduction / static_cast<double>(cell * static_cast<float>(line.last_filled + 1 - line.first_filled));
     for (const std::size_t i : taken_) claimed_[i] = 1;
     return true;
 }

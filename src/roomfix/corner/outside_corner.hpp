@@ -1,0 +1,31 @@
+// A corner that stands out into the room, such as a cupboard's seen from above, draws the same three lines as the room's own: which is it?
+#pragma once
+
+#include <vector>
+
+#include "roomfix/corner/corner_geometry.hpp"
+#include "roomfix/corner/line_search.hpp"
+#include "roomfix/geometry/camera_model.hpp"
+
+namespace roomfix {
+
+struct OutsideCornerSettings {
+    double least_length = 48;  // px at 640 px of width: only lines this long ...
+    double density = 0.6;      // ... and this plain are asked; what stains and grain draw is not
+    double tolerance = 0.005;  // rad: a line runs along a direction within this ...
+    double end_error = 0.7;    // ... and this many px over its length
+    double own_line = 0.02;    // rad: a line this close to an edge of the corner is that edge
+};
+
+/// Px of the other lines of the picture that run along one of the corner's edges, if it is a corner of the room, and if it stands out.
+/// Lines that fit both ways, or neither, are left out.
+struct CornerCompanions {
+    double inside = 0, outside = 0;
+};
+
+/// Three lines from a common point are the picture of two corners, each the other's mirror picture in depth (Necker's cube). Walls, doors,
+/// pictures and furniture mostly run along the directions of the one that is there.
+CornerCompanions companions_of(const CornerView& view, double wall_angle, const std::vector<SceneLine>& lines, const CameraModel& model,
+                               const OutsideCornerSettings& settings = {});
+
+}  // namespace roomfix
