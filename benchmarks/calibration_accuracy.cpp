@@ -16,6 +16,7 @@
 #include "roomfix/calibrate/plumb_line.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"
+#include "roomfix/evaluate/tracker_experiment.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
 #include "roomfix/simulate/plane_picture.hpp"
 #include "roomfix/simulate/room_shots.hpp"
@@ -224,9 +225,29 @@ void measure_lines(int runs) {
     fmt::print("lens from straight edges: {} runs, {:.1f} % of cx, cy, k1, k2 inside their 95 % intervals; {} failed\n", runs, coverage.percent(), failed);
 }
 
+/// All cameras of a hall from drives of 30 s, by what locates the robot.
+void measure_sites(int runs) {
+    const auto with = [](auto... members) {
+        Senses senses;
+        ((senses.*members = true), ...);
+        return senses;
+    };
+    const std::pair<const char*, Senses> all[] = {
+        {"two cameras", with(&Senses::cameras)},
+        {"two cameras, wheels", with(&Senses::cameras, &Senses::odometry)},
+        {"landmarks, wheels", with(&Senses::ceiling, &Senses::odometry)},
+        {"corners, wheels", with(&Senses::corners, &Senses::odometry)},
+        {"all of them", with(&Senses::cameras, &Senses::ceiling, &Senses::corners, &Senses::ranges, &Senses::odometry)}};
+    for (const auto& [name, senses] : all) {
+        const SiteCalibrationResult r = measure_site_calibration(name, senses, 30, runs, 3);
+        fmt::print("site, {}: {} cameras, {:.1f} % inside, NEES {:.2f} of 6, turned wrongly by {:.3f} deg before and {:.3f} after\n", name, r.cameras,
+                   100 * r.coverage, r.nees, degrees(r.turn_before), degrees(r.turn_now));
+    }
+}
+
 }  // namespace
 
-/// Without arguments everything; else what is named: lens, floor, lines, mount, rendered.
+/// Without arguments everything; else what is named: lens, floor, lines, mount, site, rendered.
 int main(int argc, char** argv) {
     std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
     const std::vector<std::string> asked(argv + 1, argv + argc);
@@ -245,6 +266,7 @@ int main(int argc, char** argv) {
         measure_mount(false, 200);
         measure_mount(true, 200);
     }
+    if (wanted("site")) measure_sites(40);
     for (const Distortion kind : {Distortion::plumb_bob, Distortion::equidistant}) {
         if (wanted("rendered")) measure_lens(kind, Boards::rendered, 40);
     }

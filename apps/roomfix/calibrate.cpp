@@ -63,27 +63,39 @@ Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const I
     return quality;
 }
 
-int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
-                  const WriteOptions& options) {
-    if (!options.write) {
-        for (const CameraValue& v : values) {
-            if (!v.value.empty()) fmt::print("    {}: {}\n", v.key, v.value);
+int write_or_show(const std::string& site_file, const std::vector<CameraResult>& results, const WriteOptions& options) {
+    std::vector<CameraEdit> edits;
+    std::vector<std::string> cameras;
+    for (const auto& [edit, quality] : results) {
+        if (!options.write) {
+            if (results.size() > 1) fmt::print("{}:\n", edit.camera);
+            for (const CameraValue& v : edit.values) {
+                if (!v.value.empty()) fmt::print("    {}: {}\n", v.key, v.value);
+            }
+        } else if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
+            complain(fmt::format("not written: the site file has a better calibration of camera {} ({:.3g} against {:.3g} {}); --force replaces it",
+                                 edit.camera, quality.before, quality.now, quality.what));
+            return failed;
         }
+        edits.push_back(edit);
+        cameras.push_back(edit.camera);
+    }
+    if (!options.write) {
         if (!site_file.empty()) say("not written; --write puts it into the site file");
         return done;
     }
-    if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
-        complain(fmt::format("not written: the site file has a better calibration of camera {} ({:.3g} against {:.3g} {}); --force replaces it", camera,
-                             quality.before, quality.now, quality.what));
-        return failed;
-    }
-    const auto copy = write_camera_values(site_file, camera, values);
+    const auto copy = write_camera_values(site_file, edits);
     if (!copy) {
         complain(copy.error().message);
         return bad_input;
     }
-    say(fmt::format("{}: camera {} written; the file as it was is {}", site_file, camera, copy->string()));
+    say(fmt::format("{}: camera {} written; the file as it was is {}", site_file, fmt::join(cameras, ", "), copy->string()));
     return done;
+}
+
+int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
+                  const WriteOptions& options) {
+    return write_or_show(site_file, {{{camera, values}, quality}}, options);
 }
 
 void add_calibrate(CLI::App& app, int& exit_code) {
@@ -95,6 +107,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_corner(*command, exit_code);
     add_calibrate_grid(*command, exit_code);
     add_calibrate_mount(*command, exit_code);
+    add_calibrate_site(*command, exit_code);
 }
 
 }  // namespace roomfix

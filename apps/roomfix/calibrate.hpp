@@ -17,6 +17,7 @@ void add_calibrate_floor(CLI::App& calibrate, int& exit_code);
 void add_calibrate_corner(CLI::App& calibrate, int& exit_code);
 void add_calibrate_grid(CLI::App& calibrate, int& exit_code);
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
+void add_calibrate_site(CLI::App& calibrate, int& exit_code);
 
 /// Says what is wrong, and returns the exit code.
 int give_up(const Error& error);
@@ -48,8 +49,15 @@ struct Quality {
 /// How much better a lens is known than the one that the site has for the camera.
 Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const IntrinsicsMatrix& covariance);
 
+struct CameraResult {
+    CameraEdit edit;
+    Quality quality;
+};
+
 /// Puts values into the site file, or prints them where that was not asked for. Refuses to replace a better calibration by a worse one
 /// without --force. Returns the exit code.
+int write_or_show(const std::string& site_file, const std::vector<CameraResult>& results, const WriteOptions& options);
+/// The same for one camera.
 int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
                   const WriteOptions& options);
 

@@ -67,12 +67,9 @@ int calibrate_mount_command(const MountArguments& arguments) {
     mount.robot_from_camera = found->robot_from_camera;
     mount.has_covariance = true;
     mount.by_intrinsics = camera->intrinsics_covariance.isZero(0) ? PoseByIntrinsics::Zero() : found->by_intrinsics;
-    // How far a tilt puts fixes off, at a ceiling's height: that is what a mount is for.
-    constexpr double rise = 2.5;
-    const auto error = [&](const Matrix6d& covariance) { return rise * std::sqrt(covariance(3, 3) + covariance(4, 4)); };
     const Mount& before = std::get<Mount>(camera->placement);
-    const Quality quality{before.has_covariance ? 1e3 * error(before.robot_from_camera.covariance) : 0, 1e3 * error(mount.robot_from_camera.covariance),
-                          "mm by its tilt under a ceiling 2.5 m above"};
+    const Quality quality{before.has_covariance ? 1e3 * tilt_error(before.robot_from_camera.covariance) : 0,
+                          1e3 * tilt_error(mount.robot_from_camera.covariance), "mm by its tilt under a ceiling 2.5 m above"};
     return write_or_show(arguments.site, camera->id, {{"mount", mount_text(mount, camera->model)}}, quality, arguments.write);
 }
 

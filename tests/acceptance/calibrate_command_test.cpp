@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "acceptance/program.hpp"
+#include "roomfix/calibrate/floor.hpp"
 #include "roomfix/connect/camera_info.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
@@ -195,6 +196,29 @@ TEST_F(Calibrate, MountFromADriveUsesTheWheels) {
     ASSERT_TRUE(loaded) << loaded.error().message;
     EXPECT_TRUE(std::get<Mount>(loaded->cameras[0].placement).has_covariance);
     expect_says(call(fmt::format("calibrate mount {} --camera hall", site())), 2, "rides on no robot");
+}
+
+TEST_F(Calibrate, SiteCalibratesAllCamerasFromADrive) {
+    ASSERT_EQ(call(fmt::format("simulate li2014 --duration 6 -o {}", in("session"))).code, 0);
+    const auto before = load_site(in("session/site.yaml"));
+    ASSERT_TRUE(before) << before.error().message;
+    const std::string asked = fmt::format("calibrate site {}", in("session"));
+    expect_says(call(asked + " --camera atlantis"), 2, "there is no camera 'atlantis'");
+    expect_says(call(fmt::format("calibrate site {}", in("nowhere"))), 2, "nowhere");
+    expect_says(call(asked), 0, "not written");
+    const Outcome written = call(asked + " --write");
+    expect_says(written, 0, "the file as it was is");
+    EXPECT_NE(written.text.find("saw no robot"), std::string::npos) << "two of the three cameras see nothing in six seconds" << written.text;
+    const auto after = load_site(in("session/site.yaml"));
+    ASSERT_TRUE(after) << after.error().message;
+    int calibrated = 0;
+    for (std::size_t i = 0; i < after->cameras.size(); ++i) {
+        if (!std::holds_alternative<KnownPose>(after->cameras[i].placement)) continue;
+        ++calibrated;
+        EXPECT_LT(floor_error(*fixed_view(after->cameras[i])), floor_error(*fixed_view(before->cameras[i])));
+    }
+    EXPECT_GE(calibrated, 1);
+    expect_says(call(fmt::format("calibrate site {}", in("session")) + " --camera hall3"), 1, "nothing was learned");
 }
 
 }  // namespace

@@ -40,6 +40,17 @@ TEST_P(Smoothing, KnowsMoreThanTheTrackerAndStatesItTruly) {
 // Sets with a hundred landmarks and everything else at once take long: they belong to the benchmarks.
 INSTANTIATE_TEST_SUITE_P(AllSenses, Smoothing, testing::Values(0, 1, 2, 3, 5, 7, 8));
 
+/// 30 drives: fewer than 85 % of 360 numbers inside, or a mean of more than 8, less than one run in a thousand.
+TEST(SiteCalibration, DrivesCalibrateAllCamerasAndTheStatedCovarianceIsTrue) {
+    Senses senses;
+    senses.cameras = senses.odometry = true;
+    const SiteCalibrationResult r = measure_site_calibration("cameras and wheels", senses, 20, 30, 5);
+    EXPECT_EQ(r.cameras, 60);
+    EXPECT_GE(r.coverage, 0.88);
+    EXPECT_LT(r.nees, 8);
+    EXPECT_LT(r.turn_now, 0.7 * r.turn_before);
+}
+
 TEST(BlindArea, TheTruePlaceStaysInsideTheEllipseOnOdometryAlone) { EXPECT_GE(blind_coverage(60, 3, 0.01, 0.01745), 0.87); }
 
 TEST(LookAlikes, KeepTheirNamesThroughCrossingsWithTheirWheels) {

@@ -88,11 +88,11 @@ TEST(EditSite, KeepsTheFileAsItWas) {
     const auto file = folder / "site.yaml";
     const std::string before = with_mount_as("mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}");
     std::ofstream(file) << before;
-    const auto copy = write_camera_values(file, "up", new_mount());
+    const auto copy = write_camera_values(file, {{"up", new_mount()}});
     ASSERT_TRUE(copy) << copy.error().message;
     std::ifstream old(*copy);
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(old), {}), before);
-    EXPECT_FALSE(write_camera_values(folder / "missing.yaml", "up", new_mount()));
+    EXPECT_FALSE(write_camera_values(folder / "missing.yaml", {{"up", new_mount()}}));
     std::filesystem::remove_all(folder);
 }
 

@@ -116,7 +116,7 @@ TEST(KnotCovariance, IsTheInverseOfTheInformation) {
         for (int c = 0; c < common; ++c) dense(12 * knots + c, 6 * knots + c) = 1;
         const Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian = dense.sparseView();
         const Eigen::MatrixXd expected = (dense.transpose() * dense).inverse();
-        const auto pairs = knot_covariances(jacobian, knots);
+        const auto pairs = smoothed_covariance(jacobian, knots).pairs;
         ASSERT_EQ(pairs.size(), 6U);
         for (int k = 0; k + 1 < knots; ++k) {
             const Eigen::MatrixXd block = expected.block(6 * k, 6 * k, 12, 12);
@@ -128,7 +128,7 @@ TEST(KnotCovariance, IsTheInverseOfTheInformation) {
 TEST(KnotCovariance, IsEmptyWhereNothingHoldsAKnot) {
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6, 12);
     dense.leftCols(6).setIdentity();
-    EXPECT_TRUE(knot_covariances(dense.sparseView(), 2).empty());
+    EXPECT_TRUE(smoothed_covariance(dense.sparseView(), 2).pairs.empty());
 }
 
 /// An average over a first-order autoregressive noise with correlation 0.8 is as uncertain as one over white noise of (1 + 0.8) / (1 - 0.8)

@@ -350,4 +350,9 @@ Result<MountCalibration> calibrate_mount(const CameraOnRobot& start, std::vector
     return result;
 }
 
+double tilt_error(const Matrix6d& robot_from_camera) {
+    constexpr double rise = 2.5;  // m
+    return rise * std::sqrt(robot_from_camera(3, 3) + robot_from_camera(4, 4));
+}
+
 }  // namespace roomfix

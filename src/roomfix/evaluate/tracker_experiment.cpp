@@ -11,6 +11,7 @@
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/tracking_bound.hpp"
+#include "roomfix/smooth/camera_errors.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
 namespace roomfix {
@@ -39,11 +40,12 @@ public:
           bound_(models_, 0, [this](Nanoseconds time) { return true_states(time); }) {
         for (int c = 0; c < 2; ++c) {
             const auto& known = std::get<KnownPose>(site_.cameras[static_cast<std::size_t>(c)].placement).map_from_camera;
-            camera_error_.push_back(drawn<6>(known.covariance, random_));
+            error_.push_back(drawn<6>(known.covariance, random_));
         }
         for (int c = 2; c < 4; ++c) {
             const auto& known = std::get<Mount>(site_.cameras[static_cast<std::size_t>(c)].placement).robot_from_camera;
-            mount_.push_back(perturbed(known.pose, drawn<6>(known.covariance, random_)));
+            error_.push_back(drawn<6>(known.covariance, random_));
+            mount_.push_back(perturbed(known.pose, error_.back()));
         }
         for (std::size_t i = 0; i < site_.landmarks.size(); ++i) landmark_error_.push_back(site_.landmarks[i].sigma * normal3(random_));
         for (std::size_t i = 0; i < site_.corners.size(); ++i) corner_error_.push_back(site_.corners[i].sigma * normal3(random_));
@@ -73,6 +75,21 @@ public:
         }
         if (options_.smoothed) take_smoothed();
         return std::move(samples_);
+    }
+
+    /// After run(): what the drive tells of the cameras.
+    std::vector<CalibratedByDrive> calibrations() const {
+        std::vector<CalibratedByDrive> all;
+        for (const SixErrors& six : camera_errors_of(tracker_, fixes_)) {
+            const std::string& id = tracker_.models().source_name(six.source);
+            const auto place = std::find_if(site_.cameras.begin(), site_.cameras.end(), [&](const SiteCamera& c) { return c.id == id; });
+            const auto* mount = std::get_if<Mount>(&place->placement);
+            const Matrix6d before = mount ? mount->robot_from_camera.covariance : std::get<KnownPose>(place->placement).map_from_camera.covariance;
+            const CalibrationRoot root = mount ? calibration_root(camera_on_robot(*place, *mount)) : fixed_view(*place)->calibration;
+            const LearnedCalibration learned = learned_calibration(before, {}, root, six.mean, six.covariance);
+            all.push_back({id, error_[static_cast<std::size_t>(place - site_.cameras.begin())], learned.pose, learned.pose_covariance, before});
+        }
+        return all;
     }
 
     /// Samples are taken between the events, when all that is earlier has been told.
@@ -149,15 +166,15 @@ private:
         const auto floor = pixel_to_plane(view, *pixel, 0);
         if (!floor) return;
         Eigen::Matrix<double, 3, 6> by_camera;
-        by_camera.topRows<2>() = floor->by_pose;
-        by_camera.row(2) << 0, 0, 0, 0, 0, 1;
+        by_camera.topRows<2>() = -floor->by_pose;  // what is seen moves against the camera
+        by_camera.row(2) << 0, 0, 0, 0, 0, -1;
         PoseObservation seen;
         seen.by_calibration = by_camera * view.calibration.topRows<6>();
         Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
         noise.topLeftCorner<2, 2>() = 0.6 * 0.6 * floor->by_pixel * floor->by_pixel.transpose() + 1e-6 * Eigen::Matrix2d::Identity();
         noise(2, 2) = 0.015 * 0.015;
         seen.covariance = by_camera * view.map_from_camera.covariance * by_camera.transpose() + noise;
-        const Eigen::Vector3d error = by_camera * camera_error_[static_cast<std::size_t>(c)] + drawn<3>(noise, random_);
+        const Eigen::Vector3d error = by_camera * error_[static_cast<std::size_t>(c)] + drawn<3>(noise, random_);
         seen.pose = {at.x + error.x(), at.y + error.y(), wrap_angle(at.yaw + error.z())};
         tracker_.see(from_seconds(t), camera.id, {&seen, 1});
 
@@ -276,7 +293,7 @@ private:
     TrackingModels models_;
     TrueMotion motion_;
     TrackingBound bound_;
-    std::vector<Vector6d> camera_error_;
+    std::vector<Vector6d> error_;  // of all four cameras
     std::vector<Eigen::Isometry3d> mount_;
     std::vector<Eigen::Vector3d> landmark_error_, corner_error_;
     double scale_ = 0, drift_ = 0;
@@ -294,6 +311,42 @@ void TrackerSample::take(const Fix& known) {
     yaw_known = known.yaw_known;
     fix = known.pose;
     covariance = known.covariance;
+}
+
+std::vector<CalibratedByDrive> calibrations_by_drive(DriveOptions options) {
+    options.smoothed = true;
+    Drive1 drive(options);
+    drive.run();
+    return drive.calibrations();
+}
+
+SiteCalibrationResult measure_site_calibration(const std::string& name, const Senses& senses, double seconds, int runs, std::uint64_t seed,
+                                               const std::function<void(double)>& progress) {
+    SiteCalibrationResult result;
+    result.name = name;
+    int inside = 0;
+    double nees = 0, before = 0, now = 0;
+    for (int i = 0; i < runs; ++i) {
+        DriveOptions options;
+        options.senses = senses;
+        options.seconds = seconds;
+        options.seed = mix64(seed * 1000003 + static_cast<std::uint64_t>(i));
+        for (const CalibratedByDrive& camera : calibrations_by_drive(options)) {
+            const Vector6d error = camera.found - camera.truth;
+            for (int k = 0; k < 6; ++k) inside += std::abs(error[k]) < 1.96 * std::sqrt(camera.covariance(k, k));
+            nees += error.dot(camera.covariance.ldlt().solve(error));
+            before += camera.truth.tail<3>().squaredNorm();
+            now += error.tail<3>().squaredNorm();
+            ++result.cameras;
+        }
+        if (progress) progress((i + 1.0) / runs);
+    }
+    const double count = std::max(result.cameras, 1);
+    result.coverage = inside / (6 * count);
+    result.nees = nees / count;
+    result.turn_before = std::sqrt(before / count);
+    result.turn_now = std::sqrt(now / count);
+    return result;
 }
 
 std::vector<TrackerSample> simulated_drive(const DriveOptions& options) { return Drive1(options).run(); }

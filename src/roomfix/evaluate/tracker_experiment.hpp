@@ -36,6 +36,28 @@ struct TrackerSample {
 /// A robot that accelerates at random, as the motion model says, and stays in the hall. Samples every 0.5 s after the third second.
 std::vector<TrackerSample> simulated_drive(const DriveOptions& options);
 
+/// What a drive tells of one camera's calibration: error vectors of its pose in the map or on the robot.
+struct CalibratedByDrive {
+    std::string camera;
+    Vector6d truth;       // drawn from `before`
+    Vector6d found;       // by calibrating with the drive
+    Matrix6d covariance;  // of that
+    Matrix6d before;
+};
+std::vector<CalibratedByDrive> calibrations_by_drive(DriveOptions options);
+
+struct SiteCalibrationResult {
+    std::string name;
+    int cameras = 0;                       // calibrated, over all runs
+    double coverage = 0;                   // part of their true numbers inside the 95 % intervals
+    double nees = 0;                       // mean of a camera's six numbers
+    double turn_before = 0, turn_now = 0;  // rad, root mean square
+};
+
+/// `runs` drives of `seconds`, each with other errors of all calibrations.
+SiteCalibrationResult measure_site_calibration(const std::string& name, const Senses& senses, double seconds, int runs, std::uint64_t seed,
+                                               const std::function<void(double)>& progress = {});
+
 struct ConsistencyResult {
     std::string name;
     int runs = 0;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 
 namespace roomfix {
 namespace {
@@ -40,6 +41,26 @@ CalibrationRoot calibration_root(const Matrix6d& pose, const IntrinsicsErrors& i
     const Eigen::Matrix<double, Eigen::Dynamic, camera_errors> done = effect * whole;
     const Eigen::SelfAdjointEigenSolver<CameraErrors> directions(done.transpose() * done);
     return whole * directions.eigenvectors().rightCols<6>();
+}
+
+LearnedCalibration learned_calibration(const Matrix6d& pose, const IntrinsicsErrors& intrinsics, const CalibrationRoot& root, const Vector6d& mean,
+                                       const Matrix6d& covariance) {
+    LearnedCalibration learned;
+    learned.pose = root.topRows<6>() * mean;
+    learned.intrinsics = root.bottomRows<most_intrinsics>() * mean;
+    CameraErrors joint = joint_covariance(pose, intrinsics) - root * (Matrix6d::Identity() - covariance) * root.transpose();
+    joint = (0.5 * (joint + joint.transpose())).eval();
+    learned.errors.covariance = joint.bottomRightCorner<most_intrinsics, most_intrinsics>();
+    // The numbers have very different units, and some are exact.
+    const IntrinsicsVector sigma = learned.errors.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+    const IntrinsicsVector per_sigma = (sigma.array() > 0).select(sigma.cwiseInverse(), 0.0);
+    const IntrinsicsMatrix correlation = per_sigma.asDiagonal() * learned.errors.covariance * per_sigma.asDiagonal();
+    const IntrinsicsMatrix inverse = per_sigma.asDiagonal() * correlation.completeOrthogonalDecomposition().pseudoInverse() * per_sigma.asDiagonal();
+    const PoseByIntrinsics with = joint.topRightCorner<6, most_intrinsics>();
+    learned.errors.pose_by = with * inverse;
+    learned.pose_covariance = joint.topLeftCorner<6, 6>() - learned.errors.pose_by * with.transpose();
+    learned.pose_covariance = (0.5 * (learned.pose_covariance + learned.pose_covariance.transpose())).eval();
+    return learned;
 }
 
 Eigen::Matrix<double, 2, Eigen::Dynamic> spread_pixels(const CameraModel& model) {

@@ -35,6 +35,18 @@ Matrix6d root_of(const Matrix6d& covariance);
 /// `effect`: what matters (rows, in one unit) by all errors (columns).
 CalibrationRoot calibration_root(const Matrix6d& pose, const IntrinsicsErrors& intrinsics, const Eigen::Matrix<double, Eigen::Dynamic, camera_errors>& effect);
 
+/// A camera's calibration once its six independent errors were measured.
+struct LearnedCalibration {
+    Vector6d pose = Vector6d::Zero();                        // the error vector that its pose had
+    IntrinsicsVector intrinsics = IntrinsicsVector::Zero();  // to be added to them
+    Matrix6d pose_covariance = Matrix6d::Zero();             // what the intrinsics have no part in
+    IntrinsicsErrors errors;
+};
+
+/// `pose`, `intrinsics`: what was known before. `root`: of them. `mean`, `covariance`: of the six errors.
+LearnedCalibration learned_calibration(const Matrix6d& pose, const IntrinsicsErrors& intrinsics, const CalibrationRoot& root, const Vector6d& mean,
+                                       const Matrix6d& covariance);
+
 /// Pixels spread evenly over the picture, where effects are looked at.
 Eigen::Matrix<double, 2, Eigen::Dynamic> spread_pixels(const CameraModel& model);
 

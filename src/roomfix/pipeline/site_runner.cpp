@@ -56,6 +56,11 @@ void SiteRunner::write_smoothed(const SmootherSettings& settings, const std::fun
     kept_.clear();
 }
 
+std::vector<SiteCalibration> SiteRunner::calibrate(const std::function<void(double)>& progress) const {
+    const std::lock_guard lock(mutex_);
+    return calibrated_cameras(tracker_.models(), camera_errors_of(tracker_, kept_, progress));
+}
+
 Result<void> SiteRunner::serve_page(const std::string& host, int port) {
     page_ = std::make_unique<WebServer>();
     page_->set_site(site_json());

@@ -18,6 +18,7 @@
 #include "roomfix/pipeline/frame_queue.hpp"
 #include "roomfix/pipeline/range_ears.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/site_calibration.hpp"
 #include "roomfix/site/site.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
@@ -58,6 +59,8 @@ public:
     /// Fixes are kept back, to be smoothed and written by `write_smoothed`; the tracker keeps its history.
     void keep_for_smoothing();
     void write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress = {});
+    /// After keep_for_smoothing() and running: the cameras as the robots' ways through all of them calibrate them.
+    std::vector<SiteCalibration> calibrate(const std::function<void(double)>& progress = {}) const;
     /// Serves the page from now on.
     Result<void> serve_page(const std::string& host, int port);
     int page_port() const { return page_ ? page_->port() : 0; }

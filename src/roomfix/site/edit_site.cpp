@@ -149,11 +149,14 @@ Result<std::string> with_camera_values(std::string_view text, const std::string&
     }
 }
 
-Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::string& camera, const std::vector<CameraValue>& values) {
+Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::vector<CameraEdit>& edits) {
     const auto text = read_text(file);
     if (!text) return text.error();
-    const auto changed = with_camera_values(*text, camera, values);
-    if (!changed) return Error{fmt::format("{}: {}", file.string(), changed.error().message)};
+    auto changed = text;
+    for (const CameraEdit& edit : edits) {
+        changed = with_camera_values(*changed, edit.camera, edit.values);
+        if (!changed) return Error{fmt::format("{}: {}", file.string(), changed.error().message)};
+    }
     const auto write = [](const std::filesystem::path& target, const std::string& content) {
         std::ofstream out(target, std::ios::binary);
         out << content;

@@ -19,8 +19,13 @@ struct CameraValue {
 /// The text of a site file with keys of cameras.CAMERA replaced, added after the others, or removed. An error if there is no such camera.
 Result<std::string> with_camera_values(std::string_view text, const std::string& camera, const std::vector<CameraValue>& values);
 
-/// Does that to a file. The file as it was is kept beside it, its name followed by the date and time; returns that name. Nothing is
+struct CameraEdit {
+    std::string camera;
+    std::vector<CameraValue> values;
+};
+
+/// Does that to a file, for several cameras. The file as it was is kept beside it, its name followed by the date and time; returns that name. Nothing is
 /// changed unless all of it can be written.
-Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::string& camera, const std::vector<CameraValue>& values);
+Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::vector<CameraEdit>& edits);
 
 }  // namespace roomfix

@@ -21,8 +21,8 @@ IntrinsicsErrors SiteCamera::intrinsics_errors() const {
 
 CameraOnRobot camera_on_robot(const SiteCamera& camera, const Mount& mount) { return {camera.model, mount.robot_from_camera, camera.intrinsics_errors()}; }
 
-Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
-    if (const auto* known = std::get_if<KnownPose>(&camera.placement)) return View{camera.model, known->map_from_camera, camera.intrinsics_errors()};
+Result<KnownPose> known_pose(const SiteCamera& camera, std::string* note) {
+    if (const auto* known = std::get_if<KnownPose>(&camera.placement)) return *known;
     if (const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement)) {
         auto solved = camera_pose_from_floor_points(camera.model, floor->points, floor->sigma);
         if (!solved) return Error{fmt::format("camera {}: {}", camera.id, solved.error().message)};
@@ -30,9 +30,15 @@ Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
             *note = fmt::format("camera {}: the floor points disagree by {:.1f} px rms; point {} is off by {:.1f} px: check it", camera.id, solved->rms,
                                 solved->worst + 1, solved->worst_error);
         }
-        return View{camera.model, solved->map_from_camera, {camera.intrinsics_covariance, solved->by_intrinsics}};
+        return KnownPose{solved->map_from_camera, true, solved->by_intrinsics};
     }
     return Error{fmt::format("camera {} is not fixed in the map: only a camera with 'pose' or 'floor_points' can watch robots", camera.id)};
+}
+
+Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
+    const auto known = known_pose(camera, note);
+    if (!known) return known.error();
+    return View{camera.model, known->map_from_camera, {camera.intrinsics_covariance, known->by_intrinsics}};
 }
 
 std::vector<Eigen::Vector3d> own_points(const std::variant<LedTriangle, Tag>& kind) {

@@ -179,6 +179,9 @@ CameraOnRobot camera_on_robot(const SiteCamera& camera, const Mount& mount);
 /// A path of the site file, made absolute by the site's folder. Devices and addresses (/dev/..., rtsp://...) stay.
 std::string resolved_path(const Site& site, const std::string& path);
 
+/// Where a fixed camera is, be it said by a pose or by floor points; errors and `note` as of fixed_view().
+Result<KnownPose> known_pose(const SiteCamera& camera, std::string* note = nullptr);
+
 /// The camera as a view of the map, with the covariance that its placement gives. An error for a camera on a robot or of
 /// known height only, and where the floor points do not fix the pose. `note` receives a sentence worth showing, if any.
 Result<View> fixed_view(const SiteCamera& camera, std::string* note = nullptr);

@@ -40,7 +40,7 @@ Information information_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& j
 
 }  // namespace
 
-std::vector<PairCovariance> knot_covariances(const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian, std::size_t knots) {
+SmoothedCovariance smoothed_covariance(const Eigen::SparseMatrix<double, Eigen::RowMajor>& jacobian, std::size_t knots) {
     const Information info = information_of(jacobian, knots);
     const bool bordered = info.common.rows() > 0;
     const auto block = [](std::size_t k) { return static_cast<Eigen::Index>(6 * k); };
@@ -71,20 +71,20 @@ std::vector<PairCovariance> knot_covariances(const Eigen::SparseMatrix<double, E
         with_next[k] = -follow[k] * own[k + 1];
         own[k] += follow[k] * own[k + 1] * follow[k].transpose();
     }
-    Eigen::MatrixXd common_covariance;
+    SmoothedCovariance covariance;
     if (bordered) {
         const Eigen::LLT<Eigen::MatrixXd> schur(info.common - info.border.transpose() * solved);
         if (schur.info() != Eigen::Success) return {};
-        common_covariance = schur.solve(Eigen::MatrixXd::Identity(info.common.rows(), info.common.cols()));
+        covariance.common = schur.solve(Eigen::MatrixXd::Identity(info.common.rows(), info.common.cols()));
     }
-    std::vector<PairCovariance> pairs(knots - 1);
+    covariance.pairs.resize(knots - 1);
     for (std::size_t k = 0; k + 1 < knots; ++k) {
-        pairs[k] << own[k], with_next[k], with_next[k].transpose(), own[k + 1];
+        covariance.pairs[k] << own[k], with_next[k], with_next[k].transpose(), own[k + 1];
         if (!bordered) continue;
         const auto rows = solved.middleRows<12>(block(k));
-        pairs[k] += rows * common_covariance * rows.transpose();
+        covariance.pairs[k] += rows * covariance.common * rows.transpose();
     }
-    return pairs;
+    return covariance;
 }
 
 }  // namespace roomfix

@@ -12,6 +12,7 @@ constexpr double part_of_memory = 0.2;  // over which a value may be taken for c
 constexpr double shortest = 5;          // s
 constexpr double longest = 1e5;         // s
 constexpr double walking_stretch = 20;  // s
+constexpr double for_ever = 1e9;        // s
 constexpr int of_core = -1;             // in place of a kind of slow state
 
 /// value / sigma
@@ -54,7 +55,8 @@ const double* SlowValues::earlier_value(const Key& key, long number) const {
     return place >= 0 && place < static_cast<long>(chain->second.values.size()) ? chain->second.values[static_cast<std::size_t>(place)].get() : nullptr;
 }
 
-double* SlowValues::in_chain(const Key& key, double stretch, double sigma, double keep, double step_sigma, Nanoseconds time) {
+double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& state, double stretch, double sigma, double keep, double step_sigma,
+                             Nanoseconds time) {
     const long number = static_cast<long>(std::floor(to_seconds(time - start_) / stretch));
     const auto [found, fresh] = chains_.try_emplace(key);
     Chain& chain = found->second;
@@ -62,7 +64,7 @@ double* SlowValues::in_chain(const Key& key, double stretch, double sigma, doubl
     while (chain.first + static_cast<long>(chain.values.size()) <= number) {
         chain.values.push_back(std::make_unique<double>(0.0));
         double* value = chain.values.back().get();
-        all_.push_back(value);
+        all_.push_back({value, state});
         const double* known = earlier_value(key, chain.first + static_cast<long>(chain.values.size()) - 1);
         if (known != nullptr) *value = *known;
         if (chain.values.size() == 1) {
@@ -77,15 +79,18 @@ double* SlowValues::in_chain(const Key& key, double stretch, double sigma, doubl
 }
 
 double* SlowValues::of(const SlowState& state, Nanoseconds time) {
+    const Key key{static_cast<int>(state.kind), state.source, state.component};
+    const bool is_place = state.kind == SlowKind::calibration || state.kind == SlowKind::landmark_place || state.kind == SlowKind::corner_place;
+    if (lasting_ && is_place) return in_chain(key, state, for_ever, std::sqrt(state.variance), 1, 1, time);
     const double memory = state.per_second > 0 ? 1 / state.per_second : longest / part_of_memory;
     const double stretch = std::clamp(part_of_memory * memory, shortest, longest);
     const double keep = std::exp(-stretch * state.per_second);
     const double step = std::sqrt(std::max(state.variance * (1 - keep * keep), 1e-6 * state.variance));
-    return in_chain({static_cast<int>(state.kind), state.source, state.component}, stretch, std::sqrt(state.variance), keep, step, time);
+    return in_chain(key, state, stretch, std::sqrt(state.variance), keep, step, time);
 }
 
 double* SlowValues::walking(int core, double sigma, double walk, Nanoseconds time) {
-    return in_chain({of_core, core, 0}, walking_stretch, sigma, 1, walk * std::sqrt(walking_stretch), time);
+    return in_chain({of_core, core, 0}, std::nullopt, walking_stretch, sigma, 1, walk * std::sqrt(walking_stretch), time);
 }
 
 }  // namespace roomfix

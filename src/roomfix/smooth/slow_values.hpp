@@ -5,6 +5,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -15,15 +16,21 @@ namespace roomfix {
 
 class SlowValues {
 public:
-    /// Values start where `earlier` has them, if it does.
-    SlowValues(ceres::Problem& problem, Nanoseconds start, const SlowValues* earlier) : problem_(problem), start_(start), earlier_(earlier) {}
+    struct Value {
+        double* value;
+        std::optional<SlowState> state;  // nothing: one of the core's
+    };
+
+    /// Values start where `earlier` has them, if it does. `lasting`: calibrations and places are constant for good.
+    SlowValues(ceres::Problem& problem, Nanoseconds start, bool lasting, const SlowValues* earlier)
+        : problem_(problem), start_(start), lasting_(lasting), earlier_(earlier) {}
 
     /// The value of a slow state of the tracker at a time. Ask in the order of times.
     double* of(const SlowState& state, Nanoseconds time);
     /// A value that walks at random: `sigma` at first, and `walk` per square root of a second. `core`: which of the core's states.
     double* walking(int core, double sigma, double walk, Nanoseconds time);
 
-    const std::vector<double*>& all() const { return all_; }
+    const std::vector<Value>& all() const { return all_; }
 
 private:
     struct Chain {
@@ -31,15 +38,16 @@ private:
         std::vector<std::unique_ptr<double>> values;
     };
     using Key = std::tuple<int, int, int>;
-    double* in_chain(const Key& key, double stretch, double sigma, double keep, double step_sigma, Nanoseconds time);
+    double* in_chain(const Key& key, const std::optional<SlowState>& state, double stretch, double sigma, double keep, double step_sigma, Nanoseconds time);
 
     const double* earlier_value(const Key& key, long number) const;
 
     ceres::Problem& problem_;
     Nanoseconds start_;
+    bool lasting_;
     const SlowValues* earlier_;
     std::map<Key, Chain> chains_;
-    std::vector<double*> all_;
+    std::vector<Value> all_;
 };
 
 }  // namespace roomfix

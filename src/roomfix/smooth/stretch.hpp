@@ -1,0 +1,47 @@
+// One robot's way over a stretch of time, fitted to all that was measured of it.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "roomfix/estimate/tracker.hpp"
+#include "roomfix/smooth/knot_covariance.hpp"
+#include "roomfix/smooth/smoother_settings.hpp"
+#include "roomfix/smooth/trajectory.hpp"
+
+namespace roomfix {
+
+/// One for each robot of the site that has one.
+using Trajectories = std::vector<std::optional<Trajectory>>;
+
+struct SmoothingTask {
+    int robot;
+    const TrackerHistory& history;
+    const std::vector<Group>& groups;
+    const TrackingModels& models;
+    const SmootherSettings& settings;
+};
+
+/// A slow error as it was estimated along.
+struct SlowEstimate {
+    std::optional<SlowState> state;  // nothing: the wheels' scale or drift
+    double value = 0;
+};
+
+struct SmoothedStretch {
+    Trajectory trajectory;
+    SmoothedCovariance covariance;   // of the knots, and of `slow` in its order
+    std::vector<SlowEstimate> slow;  // a value for each while over which it was taken for constant
+    std::map<int, int> counts;       // observations of each source that were used
+};
+
+/// Where the tracker saw each robot go, with knots where something was measured: a start for smoothing. `tracked`: its fixes, in the order
+/// of their times. Robots that are one of many have none, nor have those with fewer than two fixes.
+Trajectories first_trajectories(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings);
+
+/// First with hardly any observation thrown out, so that a start that is off can move; then with the tracker's own doubts; in the end
+/// with each source's noise as it turned out. `others`: where the other robots are.
+SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& start, const Trajectories& others);
+
+}  // namespace roomfix
