@@ -135,7 +135,7 @@ TEST(CalibrateLens, FindsRenderedCamerasAsWellAsItSays) {
 TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     Random random(51);
     const CameraModel camera = plain_camera();
-    double nees = 0, off = 0, off_as_if_exact = 0, board_squares = 0;
+    double nees = 0, nees_as_if_exact = 0, off = 0, off_as_if_exact = 0, board_squares = 0;
     constexpr int runs = 12;
     for (int run = 0; run < runs; ++run) {
         const PrintedBoard glued = glued_board(board, random);
@@ -148,6 +148,8 @@ TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
         off_as_if_exact += std::abs(exact->model.fx - camera.fx) / runs;
         EXPECT_NEAR(lens->sigma, 0.05, 0.01);
         EXPECT_GT(exact->sigma, 1.4 * lens->sigma);
+        EXPECT_GT(exact->focal_sigma_by_board, 1) << "px: the shots show that the board is not exact";
+        nees_as_if_exact += nees_of(*exact, camera) / runs;
         // Where the board is in its own frame is anybody's guess, and so is its scale: compared is what a similarity leaves.
         Eigen::Matrix3Xd truth(3, board.corners()), found(3, board.corners());
         for (int i = 0; i < board.corners(); ++i) truth.col(i) = glued.corner(i), found.col(i) = lens->board.corner(i);
@@ -156,6 +158,7 @@ TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     }
     EXPECT_LT(nees, 14) << "nine unknowns, twelve cameras: four standard deviations above nine";
     EXPECT_GT(nees, 4);
+    EXPECT_LT(nees_as_if_exact, 14) << "it says so where the board is not exact";
     EXPECT_LT(off, 0.2 * off_as_if_exact) << "px, of the focal length";
     EXPECT_LT(std::sqrt(board_squares), 5e-5) << "m";
 }
@@ -186,6 +189,7 @@ TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {
     const auto shots = simulated_shots(plain_camera(), 12, 0.2, random);
     const auto lens = calibrate_lens(shots, 640, 480, board, {.exact_board = true});  // as OpenCV takes it
     ASSERT_TRUE(lens);
+    EXPECT_LT(lens->focal_sigma_by_board, 0.5 * std::sqrt(lens->covariance(0, 0))) << "this board is exact";
     std::vector<std::vector<cv::Point3f>> places;
     std::vector<std::vector<cv::Point2f>> pixels;
     for (const BoardShot& shot : lens->shots) {

@@ -62,6 +62,24 @@ bool settle(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, 
     return true;
 }
 
+/// How far the intrinsics may be off because the board is not as exact as it was taken for: the same shots measure it, too.
+Eigen::MatrixXd errors_by_board(LensUnknowns unknowns, const std::vector<const BoardShot*>& shots, const LensFit& exact) {
+    const int count = unknowns.model.intrinsics_count(), numbers = unknowns.board.numbers();
+    LensSpread spread = usual_spread(unknowns.board.nominal);
+    auto fit = fit_lens(unknowns, shots, spread);
+    if (!fit || !settle(unknowns, shots, false, spread, *fit)) return Eigen::MatrixXd::Zero(count, count);
+    Eigen::VectorXd variance(numbers);
+    // What is seen of a shape is partly chance.
+    const SmoothShape chance = fit->covariance(spread.noise).diagonal().segment<smooth_numbers>(count);
+    const SmoothShape beyond = unknowns.board.shape.cwiseAbs2() - chance;
+    variance.head<bend_numbers>().setConstant(std::max(beyond.head<bend_numbers>().mean(), 0.0));
+    variance[bend_numbers] = std::max(beyond[bend_numbers], 0.0);
+    variance.tail(numbers - smooth_numbers) =
+        Eigen::Vector3d(spread.print, spread.print, spread.relief).cwiseAbs2().replicate(unknowns.board.offsets.cols(), 1);
+    const Eigen::MatrixXd by_board = exact.information.topLeftCorner(count, count).ldlt().solve(exact.information.block(0, count, count, numbers));
+    return by_board * variance.asDiagonal() * by_board.transpose();
+}
+
 }  // namespace
 
 int LensCalibration::used() const {
@@ -113,7 +131,13 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     result.rms = std::sqrt(fit->squares / corners);
     result.sigma = spread.noise;
     result.disagreement = disagreement(*fit, spread.noise, count);
-    result.covariance.topLeftCorner(count, count) = result.disagreement * fit->covariance(spread.noise).topLeftCorner(count, count);
+    auto covariance = result.covariance.topLeftCorner(count, count);
+    covariance = result.disagreement * fit->covariance(spread.noise).topLeftCorner(count, count);
+    if (settings.exact_board) {
+        const Eigen::MatrixXd by_board = errors_by_board(unknowns, all, *fit);
+        covariance += by_board;
+        result.focal_sigma_by_board = std::sqrt(std::max(by_board(0, 0), by_board(1, 1)));
+    }
     result.coverage = covered(all, width, height);
     const double focal_sigma = std::max(std::sqrt(result.covariance(0, 0)) / result.model.fx, std::sqrt(result.covariance(1, 1)) / result.model.fy);
     if (!(focal_sigma < settings.worst_focal_sigma)) {

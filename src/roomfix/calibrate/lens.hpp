@@ -30,6 +30,7 @@ struct LensCalibration {
     std::vector<std::vector<Eigen::Vector2d>> residuals;     // px, of each shot's corners: seen - predicted
     PrintedBoard board = PrintedBoard({});                   // as the pictures show it
     bool exact_board = false;                                // it was taken as exact
+    double focal_sigma_by_board = 0;                         // px: part of the focal length's, since an exact board is not as exact as that
     double disagreement = 1;  // times by which the covariance is larger for it: shots contradict each other more than noise explains
     double coverage = 0;      // part of the picture (8 x 6 cells) in which corners were seen
 
@@ -37,7 +38,8 @@ struct LensCalibration {
 };
 
 /// Starts from OpenCV's solution (a fisheye from the best of many focal lengths) and goes on to the least squares of our own models, with
-/// the board as it was printed and all its poses estimated along; the covariance is that of all corners. The rational lens has a weak prior on its numbers,
+/// the board as it was printed and all its poses estimated along; the covariance is that of all corners; of a board that
+/// was taken as exact, with how exact the same shots show it to be. The rational lens has a weak prior on its numbers,
 /// which only their quotient fixes. Shots that contradict the others are refused, too. Errors: no board in any shot, too few good shots, shots that do not fix
 /// the focal length.
 Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, int height, const Chessboard& board, const LensSettings& settings = {});

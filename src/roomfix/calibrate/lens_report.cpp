@@ -163,6 +163,11 @@ std::string board_picture(const LensCalibration& lens) {
 /// Worth saying.
 bool disagrees(const LensCalibration& lens) { return lens.disagreement > 2; }
 
+/// Half of the focal length's variance or more.
+bool board_matters(const LensCalibration& lens) {
+    return 2 * lens.focal_sigma_by_board * lens.focal_sigma_by_board > std::min(lens.covariance(0, 0), lens.covariance(1, 1));
+}
+
 }  // namespace
 
 std::string text_of(const LensCalibration& lens) {
@@ -181,6 +186,12 @@ std::string text_of(const LensCalibration& lens) {
     if (!lens.exact_board) {
         text += fmt::format("the board, as measured: corners printed {:.3f} mm off (rms), {:.3f} mm out of its plane (rms)\n", 1000 * lens.board.print_error(),
                             1000 * lens.board.height());
+    }
+    if (board_matters(lens)) {
+        text += fmt::format(
+            "the shots show that the board is not as exact as it was taken for: that alone leaves the focal length uncertain by {:.2f} px; without "
+            "--exact-board it is measured along\n",
+            lens.focal_sigma_by_board);
     }
     const ErrorMap map = error_map(lens);
     text += fmt::format("expected error of a ray: {:.3f} px on average, {:.3f} px at worst\n", map.mean, map.largest);
