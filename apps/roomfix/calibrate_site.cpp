@@ -76,9 +76,7 @@ CameraResult result_of(const SiteCalibration& c) {
 }
 
 int calibrate_site_command(const SiteArguments& arguments) {
-    namespace fs = std::filesystem;
-    const fs::path session = arguments.session;
-    const fs::path file = fs::is_directory(session) ? session / "site.yaml" : session;
+    const std::filesystem::path file = site_file_of(arguments.session);
     const auto site = load_site(file);
     if (!site) return give_up(Error{"the session's site file cannot be used:\n" + site.error().message});
     for (const std::string& camera : arguments.cameras) {

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "commands.hpp"
@@ -19,10 +18,7 @@ struct Arguments {
 };
 
 int replay(const Arguments& arguments) {
-    namespace fs = std::filesystem;
-    const fs::path session = arguments.session;
-    const fs::path file = fs::is_directory(session) ? session / "site.yaml" : session;
-    const auto site = load_site(file);
+    const auto site = load_site(site_file_of(arguments.session));
     if (!site) {
         complain("the session's site file cannot be used:\n" + site.error().message);
         return bad_input;

@@ -96,5 +96,22 @@ TEST(EditSite, KeepsTheFileAsItWas) {
     std::filesystem::remove_all(folder);
 }
 
+TEST(EditSite, WritesSeveralCamerasOrNone) {
+    const auto folder = std::filesystem::temp_directory_path() / "roomfix_edit_sites";
+    std::filesystem::create_directories(folder);
+    const auto file = folder / "site.yaml";
+    const std::string before = "cameras:\n  a: {source: x}  # left\n  b: {source: y}\n";
+    std::ofstream(file) << before;
+    const auto written = [&] {
+        std::ifstream now(file);
+        return std::string(std::istreambuf_iterator<char>(now), {});
+    };
+    EXPECT_FALSE(write_camera_values(file, {{"a", {{"source", "z"}}}, {"c", {{"source", "z"}}}}));
+    EXPECT_EQ(written(), before);
+    ASSERT_TRUE(write_camera_values(file, {{"a", {{"source", "v"}}}, {"b", {{"source", "w"}}}}));
+    EXPECT_EQ(written(), "cameras:\n  a: {source: v}  # left\n  b: {source: w}\n");
+    std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace roomfix

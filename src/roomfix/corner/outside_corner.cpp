@@ -28,13 +28,11 @@ CornerCompanions companions_of(const CornerView& view, double wall_angle, const 
         const auto least_off = [&](const std::array<Eigen::Vector3d, 3>& directions) {
             return std::min({off(directions[0]), off(directions[1]), off(directions[2])});
         };
-        const double off_inside = least_off(inside);
-        if (off(sight) < settings.own_line && off_inside < settings.own_line) continue;
-        const double tolerance = settings.tolerance + settings.end_error / length;
-        const bool fits_inside = off_inside < tolerance;
-        const bool fits_outside = least_off(outside) < tolerance;
-        if (fits_inside && !fits_outside) companions.inside += length;
-        if (fits_outside && !fits_inside) companions.outside += length;
+        if (off(sight) < settings.near_corner) continue;
+        const double off_inside = std::max(least_off(inside), settings.end_error / length);
+        const double off_outside = std::max(least_off(outside), settings.end_error / length);
+        if (off_inside < settings.tolerance && off_outside > settings.clearly * off_inside) companions.inside += length;
+        if (off_outside < settings.tolerance && off_inside > settings.clearly * off_outside) companions.outside += length;
     }
     return companions;
 }

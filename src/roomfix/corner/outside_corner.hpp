@@ -10,11 +10,12 @@
 namespace roomfix {
 
 struct OutsideCornerSettings {
-    double least_length = 48;  // px at 640 px of width: only lines this long ...
-    double density = 0.6;      // ... and this plain are asked; what stains and grain draw is not
-    double tolerance = 0.005;  // rad: a line runs along a direction within this ...
-    double end_error = 0.7;    // ... and this many px over its length
-    double own_line = 0.02;    // rad: a line this close to an edge of the corner is that edge
+    double least_length = 48;   // px at 640 px of width: only lines this long ...
+    double density = 0.6;       // ... and this plain are asked; what stains and grain draw is not
+    double tolerance = 0.02;    // rad: a line runs along a direction within this, for edges of small things are not exact ...
+    double clearly = 4;         // ... if it is so many times farther from all directions of the other explanation
+    double end_error = 0.7;     // px over its length: no line is known better
+    double near_corner = 0.05;  // rad: lines that pass the corner this closely run much the same way for both
 };
 
 /// Px of the other lines of the picture that run along one of the corner's edges, if it is a corner of the room, and if it stands out.

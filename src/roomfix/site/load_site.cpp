@@ -316,6 +316,11 @@ LoadedSite inspect_site(const std::filesystem::path& file) {
     return parse_site(text.str(), std::filesystem::absolute(file).parent_path());
 }
 
+std::filesystem::path site_file_of(const std::filesystem::path& session) {
+    std::error_code failure;
+    return std::filesystem::is_directory(session, failure) ? session / "site.yaml" : session;
+}
+
 std::string problem_text(const std::filesystem::path& file, const Problem& problem) {
     return fmt::format("{}:{}:{}: {}: {}", file.string(), problem.line, problem.column, problem.fatal ? "error" : "note", problem.message);
 }

@@ -40,6 +40,9 @@ LoadedSite inspect_site(const std::filesystem::path& file);
 /// The site, or one Error that lists all fatal problems, each on a line "FILE:LINE:COLUMN: message".
 Result<Site> load_site(const std::filesystem::path& file);
 
+/// The site file of a session's folder; anything else is taken for a site file itself.
+std::filesystem::path site_file_of(const std::filesystem::path& session);
+
 /// "FILE:LINE:COLUMN: error: message"
 std::string problem_text(const std::filesystem::path& file, const Problem& problem);
 

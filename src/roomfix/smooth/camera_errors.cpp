@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "roomfix/smooth/slow_values.hpp"
 #include "roomfix/smooth/stretch.hpp"
 
 namespace roomfix {
@@ -22,7 +23,7 @@ public:
         std::vector<Eigen::Index> own, shared;  // places in the stretch, and here
         for (std::size_t i = 0; i < stretch.slow.size(); ++i) {
             const auto& state = stretch.slow[i].state;
-            if (!state || !is_shared(*state)) continue;
+            if (!state || !is_lasting(state->kind)) continue;
             own.push_back(static_cast<Eigen::Index>(i));
             shared.push_back(place_of({state->kind, state->source, state->component}));
         }
@@ -68,9 +69,6 @@ public:
     }
 
 private:
-    static bool is_shared(const SlowState& state) {
-        return state.kind == SlowKind::calibration || state.kind == SlowKind::landmark_place || state.kind == SlowKind::corner_place;
-    }
     Eigen::Index place_of(const Key& key) { return keys_.try_emplace(key, static_cast<Eigen::Index>(keys_.size())).first->second; }
 
     std::map<Key, Eigen::Index> keys_;

@@ -80,8 +80,7 @@ double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& sta
 
 double* SlowValues::of(const SlowState& state, Nanoseconds time) {
     const Key key{static_cast<int>(state.kind), state.source, state.component};
-    const bool is_place = state.kind == SlowKind::calibration || state.kind == SlowKind::landmark_place || state.kind == SlowKind::corner_place;
-    if (lasting_ && is_place) return in_chain(key, state, for_ever, std::sqrt(state.variance), 1, 1, time);
+    if (lasting_ && is_lasting(state.kind)) return in_chain(key, state, for_ever, std::sqrt(state.variance), 1, 1, time);
     const double memory = state.per_second > 0 ? 1 / state.per_second : longest / part_of_memory;
     const double stretch = std::clamp(part_of_memory * memory, shortest, longest);
     const double keep = std::exp(-stretch * state.per_second);

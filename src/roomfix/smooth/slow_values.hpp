@@ -14,6 +14,9 @@
 
 namespace roomfix {
 
+/// Errors, in units of their standard deviation, that stay what they are unless somebody moves a camera, a landmark or a corner.
+constexpr bool is_lasting(SlowKind kind) { return kind == SlowKind::calibration || kind == SlowKind::landmark_place || kind == SlowKind::corner_place; }
+
 class SlowValues {
 public:
     struct Value {
@@ -21,7 +24,7 @@ public:
         std::optional<SlowState> state;  // nothing: one of the core's
     };
 
-    /// Values start where `earlier` has them, if it does. `lasting`: calibrations and places are constant for good.
+    /// Values start where `earlier` has them, if it does. `lasting`: what is_lasting() is constant for good.
     SlowValues(ceres::Problem& problem, Nanoseconds start, bool lasting, const SlowValues* earlier)
         : problem_(problem), start_(start), lasting_(lasting), earlier_(earlier) {}
 

@@ -1,3 +1,4 @@
+// How a session is smoothed.
 #pragma once
 
 #include "roomfix/base/time.hpp"
@@ -10,9 +11,9 @@ struct SmootherSettings {
     double window = 120;               // s that are smoothed at once; 0: the whole session
     double overlap = 5;                // s more on either side of a window, that are then left to its neighbours
     int most_iterations = 30;
-    bool lasting = false;        // calibrations and places of landmarks stay what they are all the time
-    double same_place = 0;       // m, and ...
-    double same_heading = 0.35;  // rad: what a source sees of a robot within these has the same errors and counts once; 0: errors are white noise
+    bool lasting = false;        // what is_lasting() stays as it is for the whole session
+    double same_place = 0;       // m; 0: a source's errors are white noise. Otherwise what it sees of a robot within this ...
+    double same_heading = 0.35;  // ... and within so many rad has the same errors, and counts once
 };
 
 }  // namespace roomfix
