@@ -24,7 +24,8 @@ struct SiteArguments {
     WriteOptions write;
 };
 
-constexpr double surprising = 4;  // standard deviations
+constexpr double surprising = 4;        // standard deviations
+constexpr double contradicting = 0.33;  // part of a camera's sightings
 
 bool is_wanted(const SiteArguments& arguments, const std::string& camera) {
     return arguments.cameras.empty() || std::find(arguments.cameras.begin(), arguments.cameras.end(), camera) != arguments.cameras.end();
@@ -47,13 +48,17 @@ std::string why_not(const SiteCamera& camera) {
 void print(const SiteCalibration& c) {
     const Vector6d sigma = c.covariance.diagonal().cwiseSqrt();
     const Eigen::Vector3d place = 1e3 * c.moved.head<3>(), place_sigma = 1e3 * sigma.head<3>();
-    fmt::print("camera {}: {} sightings\n", c.camera.id, c.sightings);
+    fmt::print("camera {}: {} sightings{}\n", c.camera.id, c.sightings.all,
+               c.sightings.doubted > 0 ? fmt::format("; {} of them contradict all else and were left out", c.sightings.doubted) : "");
     fmt::print("  moved by ({:+.1f}, {:+.1f}, {:+.1f}) +- ({:.1f}, {:.1f}, {:.1f}) mm {}\n", place.x(), place.y(), place.z(), place_sigma.x(), place_sigma.y(),
                place_sigma.z(), rides(c.camera) ? "on its robot" : "in the map");
     fmt::print("  turned by ({:+.3f}, {:+.3f}, {:+.3f}) +- ({:.3f}, {:.3f}, {:.3f}) deg about x, y, z\n", degrees(c.moved[3]), degrees(c.moved[4]),
                degrees(c.moved[5]), degrees(sigma[3]), degrees(sigma[4]), degrees(sigma[5]));
     fmt::print("  expected error {}: {:.1f} mm before, {:.1f} mm now\n", rides(c.camera) ? "by its tilt under a ceiling 2.5 m above" : "on the floor",
                1e3 * c.error_before, 1e3 * c.error_now);
+    if (c.sightings.doubted > contradicting * c.sightings.all) {
+        fmt::print("  so many contradictions: was this camera, or one that sees the same places, moved since it was calibrated?\n");
+    }
     if (c.surprise > surprising) {
         fmt::print("  that is {:.1f} standard deviations of what the site file states: was the camera bumped, or is the stated covariance too small?\n",
                    c.surprise);
@@ -81,6 +86,10 @@ int calibrate_site_command(const SiteArguments& arguments) {
     if (!site) return give_up(Error{"the session's site file cannot be used:\n" + site.error().message});
     for (const std::string& camera : arguments.cameras) {
         if (site->camera(camera) == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", camera, file.string())});
+    }
+    if (std::all_of(site->robots.begin(), site->robots.end(), [](const SiteRobot& r) { return r.many; })) {
+        return give_up(
+            Error{"all robots of this site are one of many ('count: many'): a robot that is the only one of its name is needed, to know its whole way"});
     }
     auto runner = SiteRunner::create(*site);
     if (!runner) return give_up(runner.error());

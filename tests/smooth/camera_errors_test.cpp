@@ -75,12 +75,21 @@ TEST(CameraErrors, AreFoundBesideACameraThatIsExact) {
     const auto found = TwoCameras(1).learned(truth);
     ASSERT_EQ(found.size(), 1U) << "nothing is learned about an exact camera";
     const Vector6d error = found[0].mean - truth;
-    EXPECT_GT(found[0].sightings, 250);
+    EXPECT_GT(found[0].sightings.all, 250);
+    EXPECT_LT(found[0].sightings.doubted, 10);
     EXPECT_LT(error.dot(found[0].covariance.inverse() * error), 22.5);  // once in a thousand
     EXPECT_LT(found[0].covariance.trace(), 2.5) << "of 6 before";
     const Eigen::SelfAdjointEigenSolver<Matrix6d> spread(found[0].covariance);
     EXPECT_GT(spread.eigenvalues()[0], 0);
     EXPECT_LT(spread.eigenvalues()[5], 1 + 1e-9) << "nothing is known less than before";
+}
+
+TEST(CameraErrors, ACameraThatWasMovedContradictsTheOther) {
+    Vector6d moved = Vector6d::Zero();
+    moved[5] = 100;
+    const auto found = TwoCameras(1).learned(moved);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_GT(found[0].sightings.doubted, found[0].sightings.all / 3);
 }
 
 TEST(CameraErrors, WhatTwoRobotsTellIsAddedUp) {
@@ -89,7 +98,7 @@ TEST(CameraErrors, WhatTwoRobotsTellIsAddedUp) {
     const auto two = TwoCameras(2).learned(truth);
     ASSERT_EQ(one.size(), 1U);
     ASSERT_EQ(two.size(), 1U);
-    EXPECT_GT(two[0].sightings, 1.9 * one[0].sightings);
+    EXPECT_GT(two[0].sightings.all, 1.9 * one[0].sightings.all);
     const Matrix6d more = two[0].covariance.inverse() - one[0].covariance.inverse();
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(more).eigenvalues()[5], 5);
     EXPECT_LT(two[0].covariance.trace(), 0.9 * one[0].covariance.trace());

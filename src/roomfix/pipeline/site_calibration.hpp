@@ -11,7 +11,7 @@ namespace roomfix {
 
 struct SiteCalibration {
     SiteCamera camera;                       // as it is now: its pose or mount, and its intrinsics where they were uncertain
-    int sightings = 0;                       // of robots, or of landmarks and corners
+    SightingCount sightings;                 // of robots, or of landmarks and corners
     Vector6d moved = Vector6d::Zero();       // error vector that its pose in the map, or on the robot, had
     Matrix6d covariance = Matrix6d::Zero();  // of that pose now, with what the intrinsics leave open
     double surprise = 0;                     // the error that was least expected, in standard deviations of what was stated

@@ -85,15 +85,20 @@ std::vector<SixErrors> camera_errors_of(const Tracker& tracker, const std::vecto
     const SmootherSettings settings{.window = 0, .lasting = true, .same_place = 1, .same_heading = 0.7};
     const Trajectories trajectories = first_trajectories(tracker, tracked, settings);
     SharedErrors shared;
-    std::map<int, int> sightings;
+    std::map<int, SightingCount> sightings;
     for (std::size_t r = 0; r < trajectories.size(); ++r) {
-        if (progress) progress(static_cast<double>(r) / static_cast<double>(trajectories.size()));
         if (!trajectories[r]) continue;
+        const auto report = [&](double part) {
+            if (progress) progress((static_cast<double>(r) + part) / static_cast<double>(trajectories.size()));
+        };
         const SmoothingTask task{static_cast<int>(r), *tracker.history(), tracker.groups(), tracker.models(), settings};
-        const SmoothedStretch stretch = smooth_stretch(task, *trajectories[r], trajectories);
+        const SmoothedStretch stretch = smooth_stretch(task, *trajectories[r], trajectories, report);
         if (stretch.covariance.pairs.empty()) continue;
         shared.add(stretch);
-        for (const auto& [source, count] : stretch.counts) sightings[source] += count;
+        for (const auto& [source, count] : stretch.counts) {
+            sightings[source].all += count.all;
+            sightings[source].doubted += count.doubted;
+        }
     }
     shared.solve();
     const auto add = [&](int source, bool exact) {

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "roomfix/estimate/tracker.hpp"
-#include "roomfix/smooth/smoother_settings.hpp"
+#include "roomfix/smooth/stretch.hpp"
 
 namespace roomfix {
 
 /// The six independent errors (CalibrationRoot) of one camera: identity and zero before the session.
 struct SixErrors {
     int source = 0;  // of the tracker's sources
-    int sightings = 0;
+    SightingCount sightings;
     Vector6d mean = Vector6d::Zero();
     Matrix6d covariance = Matrix6d::Identity();
 };

@@ -57,8 +57,7 @@ public:
             residual.resize(static_cast<std::size_t>(block.dimensions));
             double cost = 0;
             if (!problem_.EvaluateResidualBlock(block.id, false, &cost, residual.data(), nullptr)) continue;
-            const double squared = 2 * cost;
-            if (squared > task_.models.settings.gate + 2 * block.dimensions) continue;
+            if (is_doubted(block, 2 * cost)) continue;
             series[{block.source, block.thing, block.dimensions}].add(block.time, residual);
         }
         std::map<int, std::vector<const ResidualSeries*>> of_source;
@@ -85,14 +84,27 @@ public:
         return estimates;
     }
 
-    /// Observations of each source that have a say.
-    std::map<int, int> counts() const {
-        std::map<int, int> counts;
-        for (const Block& block : blocks_) ++counts[block.source];
+    std::map<int, SightingCount> counts() {
+        std::map<int, SightingCount> counts;
+        for (const Block& block : blocks_) {
+            SightingCount& count = counts[block.source];
+            ++count.all;
+            double cost = 0;
+            count.doubted += problem_.EvaluateResidualBlock(block.id, false, &cost, nullptr, nullptr) && is_doubted(block, 2 * cost);
+        }
         return counts;
     }
 
 private:
+    struct Block {
+        ceres::ResidualBlockId id;
+        int source, thing;
+        Nanoseconds time;
+        int dimensions;
+    };
+
+    bool is_doubted(const Block& block, double squared) const { return squared > task_.models.settings.gate + 2 * block.dimensions; }
+
     void add_motion(std::size_t k) {
         const auto robot = static_cast<std::size_t>(task_.robot);
         const Nanoseconds time = trajectory_.times[k];
@@ -141,13 +153,6 @@ private:
         const auto id = problem_.AddResidualBlock(term.cost.release(), weighed, parameters);
         blocks_.push_back({id, m.source, thing_of(m), m.time, term.dimensions});
     }
-
-    struct Block {
-        ceres::ResidualBlockId id;
-        int source, thing;
-        Nanoseconds time;
-        int dimensions;
-    };
 
     const SmoothingTask& task_;
     Trajectory& trajectory_;
@@ -200,16 +205,19 @@ Trajectories first_trajectories(const Tracker& tracker, const std::vector<Fix>& 
     return trajectories;
 }
 
-SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& start, const Trajectories& others) {
+SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& start, const Trajectories& others, const std::function<void(double)>& progress) {
+    constexpr double solves = 4;
     SmoothedStretch stretch{start, {}, {}, {}};
     Trajectories trajectories = others;
     std::unique_ptr<StretchProblem> problem;
     SourceNoise noise;
+    int solved = 0;
     const auto solve = [&](double widening) {
         trajectories[static_cast<std::size_t>(task.robot)] = stretch.trajectory;
         const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories);
         problem = std::make_unique<StretchProblem>(task, stretch.trajectory, measured, widening, noise, problem.get());
         problem->solve();
+        if (progress) progress(++solved / solves);
     };
     for (const double widening : {100.0, 10.0, 1.0}) solve(widening);
     noise = problem->left_over();

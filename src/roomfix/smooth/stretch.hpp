@@ -1,6 +1,7 @@
 // One robot's way over a stretch of time, fitted to all that was measured of it.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <vector>
@@ -29,11 +30,17 @@ struct SlowEstimate {
     double value = 0;
 };
 
+/// Observations of one source.
+struct SightingCount {
+    int all = 0;
+    int doubted = 0;  // that contradict everything else, and have no say
+};
+
 struct SmoothedStretch {
     Trajectory trajectory;
-    SmoothedCovariance covariance;   // of the knots, and of `slow` in its order
-    std::vector<SlowEstimate> slow;  // a value for each while over which it was taken for constant
-    std::map<int, int> counts;       // observations of each source that were used
+    SmoothedCovariance covariance;        // of the knots, and of `slow` in its order
+    std::vector<SlowEstimate> slow;       // a value for each while over which it was taken for constant
+    std::map<int, SightingCount> counts;  // by source
 };
 
 /// Where the tracker saw each robot go, with knots where something was measured: a start for smoothing. `tracked`: its fixes, in the order
@@ -41,7 +48,8 @@ struct SmoothedStretch {
 Trajectories first_trajectories(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings);
 
 /// First with hardly any observation thrown out, so that a start that is off can move; then with the tracker's own doubts; in the end
-/// with each source's noise as it turned out. `others`: where the other robots are.
-SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& start, const Trajectories& others);
+/// with each source's noise as it turned out. `others`: where the other robots are. `progress` gets 0..1.
+SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& start, const Trajectories& others,
+                               const std::function<void(double)>& progress = {});
 
 }  // namespace roomfix
