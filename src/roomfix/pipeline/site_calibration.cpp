@@ -22,10 +22,10 @@ double surprise_of(const SixErrors& errors) {
     return most;
 }
 
-/// The camera's placement is changed in place; what was known before is told by it.
+/// Puts what was learned into a placement.
 void take(const LearnedCalibration& learned, UncertainPose3& pose, bool& has_covariance, PoseByIntrinsics& by_intrinsics) {
     pose = {perturbed(pose.pose, learned.pose), learned.pose_covariance};
-    has_covariance = true;
+    has_covariance = !learned.pose_covariance.isZero(0);  // a pose typed in by hand stays exact where only the lens was learned
     by_intrinsics = learned.errors.pose_by;
 }
 
