@@ -199,7 +199,7 @@ TEST_F(Calibrate, MountFromADriveUsesTheWheels) {
 }
 
 TEST_F(Calibrate, SiteCalibratesAllCamerasFromADrive) {
-    ASSERT_EQ(call(fmt::format("simulate li2014 --duration 6 -o {}", in("session"))).code, 0);
+    ASSERT_EQ(call(fmt::format("simulate li2014 --duration 4 -o {}", in("session"))).code, 0);
     const auto before = load_site(in("session/site.yaml"));
     ASSERT_TRUE(before) << before.error().message;
     const std::string asked = fmt::format("calibrate site {}", in("session"));
@@ -208,7 +208,7 @@ TEST_F(Calibrate, SiteCalibratesAllCamerasFromADrive) {
     expect_says(call(asked), 0, "not written");
     const Outcome written = call(asked + " --write");
     expect_says(written, 0, "the file as it was is");
-    EXPECT_NE(written.text.find("saw no robot"), std::string::npos) << "two of the three cameras see nothing in six seconds" << written.text;
+    EXPECT_NE(written.text.find("saw no robot"), std::string::npos) << "two of the three cameras see nothing in four seconds" << written.text;
     const auto after = load_site(in("session/site.yaml"));
     ASSERT_TRUE(after) << after.error().message;
     int calibrated = 0;
