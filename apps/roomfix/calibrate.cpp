@@ -17,6 +17,16 @@ namespace {
 
 constexpr double clearly_worse = 1.05;  // times
 
+/// As lines of a site file.
+void show(const std::vector<CameraResult>& results) {
+    for (const CameraResult& result : results) {
+        if (results.size() > 1) fmt::print("{}:\n", result.edit.camera);
+        for (const CameraValue& v : result.edit.values) {
+            if (!v.value.empty()) fmt::print("    {}: {}\n", v.key, v.value);
+        }
+    }
+}
+
 }  // namespace
 
 int give_up(const Error& error) {
@@ -64,25 +74,21 @@ Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const I
 }
 
 int write_or_show(const std::string& site_file, const std::vector<CameraResult>& results, const WriteOptions& options) {
+    if (!options.write) {
+        show(results);
+        if (!site_file.empty()) say("not written; --write puts it into the site file");
+        return done;
+    }
     std::vector<CameraEdit> edits;
     std::vector<std::string> cameras;
     for (const auto& [edit, quality] : results) {
-        if (!options.write) {
-            if (results.size() > 1) fmt::print("{}:\n", edit.camera);
-            for (const CameraValue& v : edit.values) {
-                if (!v.value.empty()) fmt::print("    {}: {}\n", v.key, v.value);
-            }
-        } else if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
+        if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
             complain(fmt::format("not written: the site file has a better calibration of camera {} ({:.3g} against {:.3g} {}); --force replaces it",
                                  edit.camera, quality.before, quality.now, quality.what));
             return failed;
         }
         edits.push_back(edit);
         cameras.push_back(edit.camera);
-    }
-    if (!options.write) {
-        if (!site_file.empty()) say("not written; --write puts it into the site file");
-        return done;
     }
     const auto copy = write_camera_values(site_file, edits);
     if (!copy) {

@@ -121,13 +121,9 @@ int calibrate_site_command(const SiteArguments& arguments) {
 void add_calibrate_site(CLI::App& calibrate, int& exit_code) {
     auto* site = calibrate.add_subcommand("site", "all cameras at once, from a recorded session in which robots drive through what they see");
     auto arguments = std::make_shared<SiteArguments>();
-    arguments->threads = hardware_threads();
     site->add_option("SESSION", arguments->session, "session folder, or a site file whose sources are recordings")->required();
     site->add_option("--camera", arguments->cameras, "only this one is printed and written (default: all)");
-    site->add_option("--background", arguments->background, "pictures, folders or videos to learn the background from, for all cameras");
-    site->add_option("--threads", arguments->threads, "that look at frames side by side; the result is the same with any number")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 256));
+    add_recording_options(*site, arguments->background, arguments->threads);
     add_write_options(*site, arguments->write);
     site->footer(
         "The site file's covariances count as what was known before: calibrate floor, mount and lens first, and use each session only once.\n"

@@ -34,16 +34,12 @@ void add_replay(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("replay", "the pipeline over a recorded session: the same input gives the same fixes, byte for byte");
     auto arguments = std::make_shared<Arguments>();
     arguments->run.run.speed = 0;
-    arguments->run.run.threads = hardware_threads();
     arguments->run.fixes = "-";
     arguments->run.page = false;
     command->add_option("SESSION", arguments->session, "session folder")->required();
     command->add_option("--fixes", arguments->run.fixes, "file for the fixes, one JSON object per line; - for stdout")->capture_default_str();
     command->add_option("--speed", arguments->run.run.speed, "1 is real time, 0 as fast as it goes")->capture_default_str()->check(CLI::Range(0.0, 1000.0));
-    command->add_option("--background", arguments->run.background, "pictures, folders or videos to learn the background from, for all cameras");
-    command->add_option("--threads", arguments->run.run.threads, "that look at frames side by side; the fixes are the same with any number")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 256));
+    add_recording_options(*command, arguments->run.background, arguments->run.run.threads);
     command->add_flag("--smooth", arguments->smooth, "give the best way after the fact: every fix rests on what came later, too");
     command->add_option("--window", arguments->smoother.window, "seconds that are smoothed at once; 0: the whole session")
         ->capture_default_str()

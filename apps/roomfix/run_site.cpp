@@ -9,6 +9,14 @@
 
 namespace roomfix {
 
+void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads) {
+    threads = hardware_threads();
+    command.add_option("--background", background, "pictures, folders or videos to learn the background from, for all cameras");
+    command.add_option("--threads", threads, "that look at frames side by side; the result is the same with any number")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 256));
+}
+
 Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::vector<std::string>& for_all) {
     for (std::size_t i = 0; i < runner.cameras(); ++i) {
         const SiteCamera& camera = runner.camera(i);

@@ -1,6 +1,7 @@
 // Runs a site to the end of its sources: what `run` and `replay` have in common.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,9 @@ struct RunOptions {
     std::optional<SmootherSettings> smooth;  // fixes are smoothed after the end
     std::vector<std::string> background;     // for all cameras; empty: as the site file says
 };
+
+/// Adds --background and --threads (by default all that the machine has) to a command that goes through a recording.
+void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads);
 
 /// A camera's background from `for_all`, or from the site file. Without either it is learned while running.
 Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::vector<std::string>& for_all);

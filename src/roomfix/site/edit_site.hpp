@@ -24,8 +24,8 @@ struct CameraEdit {
     std::vector<CameraValue> values;
 };
 
-/// Does that to a file, for several cameras. The file as it was is kept beside it, its name followed by the date and time; returns that name. Nothing is
-/// changed unless all of it can be written.
+/// Does that to a file, for several cameras. The file as it was is kept beside it, its name followed by the date and time; returns that name.
+/// Nothing is changed unless all of it can be written.
 Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::vector<CameraEdit>& edits);
 
 }  // namespace roomfix
