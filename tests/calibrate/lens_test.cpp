@@ -5,7 +5,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <memory>
 #include <opencv2/calib3d.hpp>
+#include <set>
 #include <optional>
 
 #include "roomfix/calibrate/lens_report.hpp"
@@ -60,6 +62,7 @@ TEST_P(Lens, TrueNumbersLieInsideTheStatedIntervals) {
         all += count;
         squares += nees_of(*lens, camera) / count;
         EXPECT_NEAR(lens->sigma, 0.1, 0.015);
+        EXPECT_EQ(lens->used(), 15) << "none of them is poor";
     }
     EXPECT_GT(static_cast<double>(inside) / all, 0.90) << inside << " of " << all;
     // Numbers of the rational lens are known together only along a curve, which no covariance describes: each alone, and the rays are.
@@ -216,14 +219,36 @@ TEST(CalibrateLens, RefusesPoorShotsAndSaysWhich) {
     shots.push_back(shots[4]);
     shots.back().name = "again";
     shots.back().edge_width = 3;
+    shots.push_back(shots[0]);  // the board in a mirror, its corners counted as if it were not
+    for (int row = 0; row < board.rows; ++row) {
+        for (int column = 0; column < board.columns; ++column) {
+            shots.back().corners[static_cast<std::size_t>(row * board.columns + column)] =
+                shots[0].corners[static_cast<std::size_t>((row + 1) * board.columns - 1 - column)];
+        }
+    }
     for (auto& c : shots[5].corners) c += Eigen::Vector2d(random.normal(3), random.normal(3));  // bent
     const auto lens = calibrate_lens(shots, 640, 480, board);
     ASSERT_TRUE(lens) << lens.error().message;
     EXPECT_NE(lens->shots[2].refused.find("blurred"), std::string::npos);
     EXPECT_NE(lens->shots[5].refused.find("corners are off"), std::string::npos) << lens->shots[5].refused;
     EXPECT_NE(lens->shots[8].refused.find("where shot 4 does"), std::string::npos);
+    EXPECT_NE(lens->shots[9].refused.find("mirrored"), std::string::npos) << lens->shots[9].refused;
     EXPECT_EQ(lens->used(), 6);
     EXPECT_NE(text_of(*lens).find("not used: shot 2: blurred"), std::string::npos);
+}
+
+TEST(CalibrateLens, IsTheSameWhereverItsNumbersLieInMemory) {
+    Random random(17);
+    const auto shots = simulated_shots(plain_camera(), 40, 0.1, random);
+    std::vector<std::unique_ptr<char[]>> between;
+    std::set<double> focal_lengths;
+    for (int run = 0; run < 5; ++run) {
+        between.push_back(std::make_unique<char[]>(20));  // takes 32 bytes: what comes next is half a cache line farther
+        const auto lens = calibrate_lens(shots, 640, 480, board);
+        ASSERT_TRUE(lens) << lens.error().message;
+        focal_lengths.insert(lens->model.fx);
+    }
+    EXPECT_EQ(focal_lengths.size(), 1U);
 }
 
 TEST(CalibrateLens, SaysWhatIsMissing) {

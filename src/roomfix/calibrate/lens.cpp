@@ -30,6 +30,45 @@ std::string refusals(const std::vector<BoardShot>& shots) {
     return text;
 }
 
+/// Fits, and once more if boards turn out to lie otherwise before the lens that was found: before a lens that is not known a board that is seen
+/// small, and its mirror image in depth, look alike.
+std::optional<LensFit> fit_with_boards_turned(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread) {
+    constexpr double clearly = 0.5;  // times
+    auto fit = fit_lens(unknowns, shots, spread);
+    if (!fit) return fit;
+    bool turned = false;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+        const auto other = pose_of_board(unknowns.model, *shots[i], unknowns.board.nominal);
+        if (!other || other->squares > clearly * fit->shots[i].squares) continue;
+        unknowns.held[i] = {other->camera_from_board};
+        turned = true;
+    }
+    return turned ? fit_lens(unknowns, shots, spread) : fit;
+}
+
+/// Fits a lens of some kind, and a board, to these shots, all of which have a pose in `start`. Nothing where no such lens explains them.
+std::optional<LensFit> first_fit(LensUnknowns& unknowns, const LensStart& start, const std::vector<const BoardShot*>& shots, Distortion kind,
+                                 const LensSpread& spread) {
+    unknowns = {start.model, PrintedBoard(unknowns.board.nominal), {}};
+    for (const auto& pose : start.camera_from_board) unknowns.held.push_back({*pose});
+    auto fit = fit_with_boards_turned(unknowns, shots, spread);
+    if (!fit || start.model.kind == kind) return fit;
+    unknowns.model.kind = kind;
+    unknowns.model.prepare();
+    return fit_lens(unknowns, shots, spread);
+}
+
+/// Those whose corners no lens sees so. True if there are any.
+bool refuse_unexplained(const std::vector<BoardShot*>& used, const LensStart& start) {
+    bool any = false;
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        if (start.camera_from_board[i]) continue;
+        used[i]->refused = "its corners are not those of a flat board seen from the front: is the picture mirrored, or the board of another size?";
+        any = true;
+    }
+    return any;
+}
+
 /// A shot that fits far worse than the others, if there is one.
 BoardShot* outlier_among(std::vector<BoardShot*>& used, const LensFit& fit, double times) {
     std::vector<double> rms;
@@ -94,6 +133,8 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     LensCalibration result;
     LensUnknowns unknowns{{}, PrintedBoard(board), {}};
     LensSpread spread = settings.exact_board ? exact_board_spread(usual_noise) : usual_spread(board);
+    // The rational lens goes astray from far away: it starts from the plumb_bob one, which is itself without its lower half.
+    const Distortion first = settings.kind == Distortion::rational_polynomial ? Distortion::plumb_bob : settings.kind;
     std::optional<LensFit> fit;
     std::vector<BoardShot*> used;
     for (;;) {
@@ -106,12 +147,9 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
                                      settings.least_shots, refusals(shots))};
         }
         const std::vector<const BoardShot*> all(used.begin(), used.end());
-        const auto start = start_of_lens(all, width, height, board, settings.kind);
-        if (start) {
-            unknowns = {start->model, PrintedBoard(board), {}};
-            for (const Eigen::Isometry3d& pose : start->camera_from_board) unknowns.held.push_back({pose});
-        }
-        fit = start ? fit_lens(unknowns, all, spread) : std::nullopt;
+        const LensStart start = start_of_lens(all, width, height, board, first);
+        if (refuse_unexplained(used, start)) continue;
+        fit = first_fit(unknowns, start, all, settings.kind, spread);
         if (!fit) {
             return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
                                      name_of(settings.kind))};
