@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <memory>
 #include <opencv2/calib3d.hpp>
-#include <set>
 #include <optional>
+#include <set>
 
 #include "roomfix/calibrate/lens_report.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"

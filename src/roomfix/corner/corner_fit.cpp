@@ -24,6 +24,17 @@ struct EdgeLine {
     Eigen::Vector3d point(double length) const { return corner + direction * (length * corner.z() / (speed - length * direction.z())); }
 };
 
+/// px of the `length` from `start` on that the picture shows, within a thirty-second of it; an edge's far end tells most of its direction.
+template <class Shown>
+double part_shown(const Shown& shown, double start, double length) {
+    double in = 0, out = length;
+    for (int i = 0; i < 5; ++i) {
+        const double half = 0.5 * (in + out);
+        (shown(start + half) ? in : out) = half;
+    }
+    return in;
+}
+
 double piece_variance(const EdgePiece& piece, const CornerFitSettings& settings) { return piece.step.variance + settings.model_sigma * settings.model_sigma; }
 
 /// What a piece has to say; one that is off by more than `gate` standard deviations loses its say (Geman-McClure).
@@ -51,12 +62,21 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
     for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
         const EdgeLine line(corner, camera_from_corner * edges[edge]);
         const double reach = fit.reach[edge] * fit.blur[edge] + 1;
-        const double border = settings_.border + std::min(reach, 4.0);
-        const double length = fit.length[edge];
-        auto before = project(model_, line.point(settings_.first_gap / focal));
-        for (double start = settings_.first_gap; (start + length) / focal < 0.98 * line.end; start += length) {
-            const auto after = project(model_, line.point((start + length) / focal));
-            if (!before || !after || !model_.contains(*before, border) || !model_.contains(*after, border)) break;
+        const auto shown = [&](double run) -> std::optional<Eigen::Vector2d> {
+            if (!(run / focal < 0.98 * line.end)) return std::nullopt;
+            const auto pixel = project(model_, line.point(run / focal));
+            return pixel && model_.contains(*pixel, settings_.border) ? pixel : std::nullopt;
+        };
+        double start = settings_.first_gap;
+        for (auto before = shown(start); before;) {
+            double length = fit.length[edge];
+            auto after = shown(start + length);
+            const bool last = !after;
+            if (last) {
+                length = part_shown(shown, start, length);
+                if (fit.model[edge] == StepModel::coarse || length < settings_.least_part * fit.length[edge]) break;
+                after = shown(start + length);
+            }
             const Eigen::Vector3d middle_camera = line.point((start + 0.5 * length) / focal);
             ProjectionJacobian jacobian;
             const auto middle = project(model_, middle_camera, &jacobian);
@@ -78,6 +98,8 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
             piece.lift = in_corner.z();
             if (read_profile(frame, light_, piece.stretch, reach, skip, piece.profile)) judge(fit, piece);
             fit.pieces.push_back(piece);
+            if (last) break;
+            start += length;
             before = after;
         }
         if (fit.model[edge] == StepModel::coarse) continue;

@@ -21,6 +21,7 @@ struct CornerFitSettings {
     double plain = 8;                       // standard deviations of contrast that make a piece long enough
     double first_gap = 2;                   // px left out at the corner, where all three edges meet
     double border = 3;                      // px left out at the picture's border
+    double least_part = 0.25;               // of a piece's length, for the last one, which the border cuts off
     double blur = 1.1;                      // px, of the edges, before the picture tells
     double least_blur = 0.6;                // px
     double widest_blur = 2.5;               // px
@@ -34,7 +35,7 @@ struct CornerFitSettings {
     double shared = 96;                     // px at 640 px of width: pieces of a faint edge share one contrast with those this far to both sides
     double least_contrast_variance = 0.02;  // of a piece, of light squared
     double largest_offset = 1.2;            // blurs: a step farther off belongs to something else
-    double model_sigma = 0.014;             // px: real edges are not quite straight
+    double model_sigma = 0.017;             // px: real edges are not quite straight
     double soft_blur = 1.6;                 // px, of finish_softly()
     double merged = 1.8;                    // times the sharpest edge's blur: such an edge is two
     double outlier = 6;                     // standard deviations

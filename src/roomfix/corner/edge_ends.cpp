@@ -21,10 +21,10 @@ double contrast_near_corner(const CornerFit& fit, CornerEdge edge) {
     return count > 0 ? sum / count : 0;
 }
 
-/// Does an edge of contrast `mean` go on where `step` was read? It must stand out by `plain` standard deviations.
-bool goes_on(const EdgeStep& step, double mean, double plain) {
+/// Does an edge of contrast `mean` go on where `step` was read, with `least` of it or more? It must stand out by `plain` standard deviations.
+bool goes_on(const EdgeStep& step, double mean, double plain, double least = 0.7) {
     const double ratio = step.contrast / mean;
-    return ratio > 0.7 && ratio < 1.6 && std::abs(step.contrast) > plain * step.contrast_sigma && std::abs(step.offset) < 1.5;
+    return ratio > least && ratio < 1.6 && std::abs(step.contrast) > plain * step.contrast_sigma && std::abs(step.offset) < 1.5;
 }
 
 }  // namespace
@@ -51,12 +51,18 @@ bool EdgeEnds::end_at_corner(LumaView frame, const CornerFit& fit, double wall_a
     EdgeStep step;
     for (const CornerEdge edge : {x_edge, y_edge}) {
         const double mean = contrast_near_corner(fit, edge);
+        if (mean == 0) continue;
         const auto pixel_beyond = [&](double px) { return project(model_, (rays->corner - rays->directions[edge] * (px / focal)).eval().homogeneous()); };
-        const auto from = pixel_beyond(settings_.beyond_from);
-        const auto to = pixel_beyond(settings_.beyond_to);
-        if (mean == 0 || !from || !to || !model_.contains(*from, 6) || !model_.contains(*to, 6)) continue;
-        if (!read_profile(frame, light_, {*to, *from}, 5, 1, profile)) continue;
-        if (fit_step(profile, fit.blur[edge], 5, StepModel::coarse, step) && goes_on(step, mean, settings_.plainly_beyond)) return false;
+        const auto read = [&](double near, double far) {
+            const auto from = pixel_beyond(near);
+            const auto to = pixel_beyond(far);
+            if (!from || !to || !model_.contains(*from, 6) || !model_.contains(*to, 6)) return false;
+            return read_profile(frame, light_, {*to, *from}, 5, 1, profile) && fit_step(profile, fit.blur[edge], 5, StepModel::coarse, step);
+        };
+        if (!read(settings_.beyond_from, settings_.beyond_to)) continue;
+        if (goes_on(step, mean, settings_.plainly_beyond)) return false;
+        const auto goes_on_in_shadow = [&] { return goes_on(step, mean, settings_.plainly_beyond, settings_.in_shadow); };
+        if (goes_on_in_shadow() && read(settings_.beyond_to, settings_.far_beyond) && goes_on_in_shadow()) return false;
     }
     return true;
 }

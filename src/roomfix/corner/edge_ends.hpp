@@ -11,6 +11,8 @@ namespace roomfix {
 struct EdgeEndSettings {
     double beyond_from = 3;     // px: from here ...
     double beyond_to = 11;      // ... to here beyond the corner no edge goes on
+    double in_shadow = 0.3;     // part of its contrast that an edge keeps in a shadow, whose corner this may be ...
+    double far_beyond = 35;     // ... if it goes on up to here, px
     double plainly_beyond = 4;  // standard deviations of an edge that goes on beyond the corner
     double plainly_above = 8;   // and of the walls' edge above a moulding: its mitre draws much the same
 };

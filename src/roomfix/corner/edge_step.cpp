@@ -1,6 +1,5 @@
 #include "roomfix/corner/edge_step.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -61,18 +60,52 @@ int count_free(StepModel model) {
     return count;
 }
 
-/// Entry k of the diagonal of the inverse of L L^T.
-double inverse_entry(const Square& lower, int k) {
-    Row column;
-    double sum = 0;
-    for (int i = k; i < unknowns; ++i) {
-        double value = i == k ? 1 : 0;
-        for (int j = k; j < i; ++j) value -= lower(i, j) * column[j];
-        column[i] = value / lower(i, i);
-        sum += column[i] * column[i];
+/// A symmetric positive matrix as L D L^T; for so few unknowns plain loops cost less than a library's calls.
+struct Factors {
+    Square lower;  // unit diagonal, which is not stored
+    Row inverse_pivots;
+
+    /// Of the lower triangle of `matrix`; false if it is not positive.
+    bool set(const Square& matrix) {
+        Row scaled;  // of one row of L: times the pivots
+        for (int i = 0; i < unknowns; ++i) {
+            double pivot = matrix(i, i);
+            for (int j = 0; j < i; ++j) {
+                double value = matrix(i, j);
+                for (int k = 0; k < j; ++k) value -= scaled[k] * lower(j, k);
+                scaled[j] = value;
+                lower(i, j) = value * inverse_pivots[j];
+                pivot -= value * lower(i, j);
+            }
+            if (!(pivot > 0)) return false;
+            inverse_pivots[i] = 1 / pivot;
+        }
+        return true;
     }
-    return sum;
-}
+    Row solve(const Row& right) const {
+        Row x = right;
+        for (int i = 0; i < unknowns; ++i) {
+            for (int j = 0; j < i; ++j) x[i] -= lower(i, j) * x[j];
+        }
+        for (int i = unknowns - 1; i >= 0; --i) {
+            x[i] *= inverse_pivots[i];
+            for (int j = i + 1; j < unknowns; ++j) x[i] -= lower(j, i) * x[j];
+        }
+        return x;
+    }
+    /// Entry k of the diagonal of the inverse.
+    double inverse_entry(int k) const {
+        Row column;
+        double sum = 0;
+        for (int i = k; i < unknowns; ++i) {
+            double value = i == k ? 1 : 0;
+            for (int j = k; j < i; ++j) value -= lower(i, j) * column[j];
+            column[i] = value;
+            sum += value * value * inverse_pivots[i];
+        }
+        return sum;
+    }
+};
 
 }  // namespace
 
@@ -157,8 +190,7 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     constexpr int columns_in_all = unknowns + 1;
     using Column = Eigen::Array<float, LightProfile::most, 1>;
     std::array<Column, columns_in_all> design;
-    Column weight = Column::Zero();
-    for (Column& column : design) column.setZero();
+    Column weight;
     const float inverse_blur = static_cast<float>(1 / blur);
     const float square_blur = static_cast<float>(blur * blur);
     const float limit = static_cast<float>(reach);
@@ -187,10 +219,12 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     if (used < free + 4) return false;
     mean /= total;
     design[6].head(used) -= mean;
+    const int rows = (used + 7) / 8 * 8;
+    for (Column& column : design) column.segment(used, rows - used).setZero();
+    weight.segment(used, rows - used).setZero();
     // What the model leaves out has no say: a diagonal of one, and nothing beside it.
     Square normal = Square::Identity();
     Row right = Row::Zero();
-    const int rows = (used + 7) / 8 * 8;
     Column weighted;
     for (int i = 0; i < unknowns; ++i) {
         if (!is_free(model, i)) continue;
@@ -203,17 +237,17 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
         right[i] = static_cast<double>((weighted.head(rows) * design[unknowns].head(rows)).sum());
     }
     const double squares = static_cast<double>((weight.head(rows) * design[unknowns].head(rows).square()).sum());
-    const Eigen::LLT<Square> solver(normal);
-    if (solver.info() != Eigen::Success) return false;
-    const Row fit = solver.solve(right);
+    Factors factors;
+    if (!factors.set(normal)) return false;
+    const Row fit = factors.solve(right);
     const double by_contrast = 1 / (fit[2] * fit[2]);
     step.noise = std::max(squares - fit.dot(right), 1e-4) / (used - free);
     step.contrast = fit[2];
-    step.contrast_sigma = std::sqrt(step.noise * inverse_entry(solver.matrixLLT(), 2));
+    step.contrast_sigma = std::sqrt(step.noise * factors.inverse_entry(2));
     step.offset = fit[3] / fit[2];
-    step.variance = step.noise * inverse_entry(solver.matrixLLT(), 3) * by_contrast;
+    step.variance = step.noise * factors.inverse_entry(3) * by_contrast;
     step.blur = blur + fit[4] / fit[2];
-    step.blur_variance = step.noise * inverse_entry(solver.matrixLLT(), 4) * by_contrast;
+    step.blur_variance = step.noise * factors.inverse_entry(4) * by_contrast;
     return std::isfinite(step.offset) && std::isfinite(step.variance) && step.variance > 0;
 }
 
