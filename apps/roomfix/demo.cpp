@@ -93,7 +93,7 @@ int demo(const Arguments& arguments) {
                     scenario.cameras[mishaps.freezing].id, scenario.cameras[mishaps.bumped].id, arguments.host, room.page_port()));
 
     const auto start = std::chrono::steady_clock::now();
-    const auto epoch = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+    const Nanoseconds epoch = system_now();
     std::vector<Solid> solids;
     std::vector<LumaImage> frames(renderers.size() + up_renderers.size() + eye_renderers.size());  // fixed, looking up, looking for corners
     WorkerPool pool(hardware_threads());

@@ -1,15 +1,15 @@
-// Real pictures of a chessboard (OpenCV's samples). Looked for in $ROOMFIX_DATA/chessboard and ../shared/data/chessboard beside the checkout.
+// Real pictures of a chessboard (OpenCV's samples).
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "data_folder.hpp"
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/calibrate/plumb_line.hpp"
 #include "roomfix/connect/camera_info.hpp"
@@ -20,14 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path data_folder() {
-    const char* from_user = std::getenv("ROOMFIX_DATA");
-    return (from_user ? fs::path(from_user) : fs::path(ROOMFIX_SOURCE) / "../shared/data") / "chessboard";
-}
+const fs::path folder = data_folder("chessboard");
 
 std::vector<BoardShot> shots_of(const std::string& side, const Chessboard& board) {
     std::vector<BoardShot> shots;
-    for (const auto& entry : fs::directory_iterator(data_folder())) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
         if (entry.path().extension() != ".jpg" || entry.path().filename().string().rfind(side, 0) != 0) continue;
         const auto picture = load_luma(entry.path());
         EXPECT_TRUE(picture);
@@ -47,7 +44,7 @@ OpenCvLens opencv_lens(const std::string& side, bool released) {
     std::vector<std::vector<cv::Point2f>> pixels;
     std::vector<cv::Point3f> board;
     for (int i = 0; i < 54; ++i) board.emplace_back(0.025F * static_cast<float>(i % 9), 0.025F * static_cast<float>(i / 9), 0.0F);
-    for (const auto& entry : fs::directory_iterator(data_folder())) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
         if (entry.path().extension() != ".jpg" || entry.path().filename().string().rfind(side, 0) != 0) continue;
         const cv::Mat picture = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
         std::vector<cv::Point2f> corners;
@@ -74,7 +71,7 @@ OpenCvLens opencv_lens(const std::string& side, bool released) {
 }
 
 TEST(ChessboardData, BothCamerasAreCalibratedBetterThanThePublishedResult) {
-    if (!fs::exists(data_folder())) GTEST_SKIP() << data_folder() << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
     const Chessboard board{9, 6, 0.025};
     for (const std::string side : {"left", "right"}) {
         const auto lens = calibrate_lens(shots_of(side, board), 640, 480, board, {.exact_board = true});
@@ -86,7 +83,7 @@ TEST(ChessboardData, BothCamerasAreCalibratedBetterThanThePublishedResult) {
             EXPECT_LT(std::abs(lens->model.intrinsics()[i] - opencv.numbers[i]), 2 * std::sqrt(lens->covariance(i, i))) << side << ", number " << i;
         }
         if (side == "right") continue;
-        const auto published = load_camera_info(data_folder() / "left_intrinsics.yml");
+        const auto published = load_camera_info(folder / "left_intrinsics.yml");
         ASSERT_TRUE(published) << published.error().message;
         EXPECT_LT(lens->rms, 0.3926) << "average reprojection error of the published result";
         // That result rests on one shot whose corners are off by 1.2 px: half a percent of the focal length.
@@ -100,7 +97,7 @@ TEST(ChessboardData, BothCamerasAreCalibratedBetterThanThePublishedResult) {
 }
 
 TEST(ChessboardData, BothCamerasMeasureTheSameBoard) {
-    if (!fs::exists(data_folder())) GTEST_SKIP() << data_folder() << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
     const Chessboard board{9, 6, 0.025};
     std::vector<Eigen::Matrix3Xd> corners;
     for (const std::string side : {"left", "right"}) {
@@ -124,12 +121,12 @@ TEST(ChessboardData, BothCamerasMeasureTheSameBoard) {
 }
 
 TEST(ChessboardData, EdgesOfTheRoomTellTheSameDistortion) {
-    if (!fs::exists(data_folder())) GTEST_SKIP() << data_folder() << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
     // The pictures show a desk with rounded things on it as well: k1 of the boards is -0.283 (left) and -0.292 (right).
     for (const auto& [side, k1] : {std::pair{"left", -0.283}, {"right", -0.292}}) {
         std::vector<LongEdge> edges;
         std::size_t number = 0;
-        for (const auto& entry : fs::directory_iterator(data_folder())) {
+        for (const auto& entry : fs::directory_iterator(folder)) {
             if (entry.path().extension() != ".jpg" || entry.path().filename().string().rfind(side, 0) != 0) continue;
             const auto picture = load_luma(entry.path());
             ASSERT_TRUE(picture);

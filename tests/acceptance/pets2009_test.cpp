@@ -1,13 +1,11 @@
-// Real footage: PETS 2009 S2.L1 view 1. Looked for in $ROOMFIX_DATA/pets2009 and ../shared/data/pets2009 beside the checkout.
+// Real footage: PETS 2009 S2.L1 view 1.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 
+#include "data_folder.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/connect/frame_source.hpp"
 #include "roomfix/estimate/tracker.hpp"
@@ -22,27 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path data_folder() {
-    if (const char* data = std::getenv("ROOMFIX_DATA")) return fs::path(data) / "pets2009";
-    return fs::path(ROOMFIX_SOURCE).parent_path() / "shared/data/pets2009";
-}
+const fs::path folder = data_folder("pets2009");
 
 std::map<int, std::vector<Eigen::Vector2d>> read_truth(const fs::path& file) {
     std::map<int, std::vector<Eigen::Vector2d>> truth;
-    std::ifstream stream(file);
-    std::string line;
-    std::getline(stream, line);
-    while (std::getline(stream, line)) {
-        std::array<std::string, 4> fields;
-        std::istringstream parts(line);
-        for (auto& field : fields) std::getline(parts, field, ',');
-        truth[static_cast<int>(*parse_integer(fields[0]))].push_back({*parse_number(fields[2]), *parse_number(fields[3])});
-    }
+    for (const auto& row : csv_rows(file)) truth[static_cast<int>(*parse_integer(row.at(0)))].push_back({*parse_number(row.at(2)), *parse_number(row.at(3))});
     return truth;
 }
 
 DetectionCount count_people(bool learned_first, bool tracked) {
-    const fs::path folder = data_folder();
     const Site site = *load_site(folder / "site.yaml");
     const auto truth = read_truth(folder / "truth.csv");
     OverheadObserver observer(*fixed_view(site.cameras[0]), site.robots);
@@ -79,7 +65,7 @@ void print(const char* what, const DetectionCount& c) {
 }
 
 TEST(Pets2009, PeopleAreFoundInRealFootage) {
-    if (!fs::exists(data_folder() / "vtest.avi")) GTEST_SKIP() << data_folder() << " is absent: set ROOMFIX_DATA to a folder that holds pets2009/";
+    if (!fs::exists(folder / "vtest.avi")) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds pets2009/";
     const DetectionCount frames = count_people(true, false);
     print("background learned first, single frames", frames);
     const DetectionCount learned = count_people(true, true);

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
 
+#include "data_folder.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/connect/odometry_source.hpp"
 #include "roomfix/estimate/tracker.hpp"
@@ -22,11 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path data_folder(const char* name) {
-    const char* from_user = std::getenv("ROOMFIX_DATA");
-    return (from_user ? fs::path(from_user) : fs::path(ROOMFIX_SOURCE) / "../shared/data") / name;
-}
-
 std::string text_of(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     std::ostringstream text;
@@ -36,12 +31,9 @@ std::string text_of(const fs::path& file) {
 
 std::vector<std::vector<double>> numbers_of(const fs::path& file) {
     std::vector<std::vector<double>> rows;
-    std::istringstream lines(text_of(file));
-    for (std::string line; std::getline(lines, line);) {
-        std::vector<double> row;
-        std::istringstream fields(line);
-        for (std::string field; std::getline(fields, field, ',');) row.push_back(parse_number(field).value_or(0));
-        rows.push_back(row);
+    for (const auto& fields : csv_rows(file)) {
+        rows.emplace_back();
+        for (const std::string& field : fields) rows.back().push_back(parse_number(field).value_or(0));
     }
     return rows;
 }
@@ -66,8 +58,7 @@ TEST(RangeData, RobustTrilaterationBeatsLeastSquaresOnPlaza1) {
     reader.feed(text_of(folder / "ranges.csv"), std::nullopt, batch);
     reader.finish(std::nullopt, batch);
     EXPECT_GT(batch.ranges.size(), 3400U);
-    auto truth = numbers_of(folder / "truth.csv");
-    truth.erase(truth.begin());
+    const auto truth = numbers_of(folder / "truth.csv");
 
     std::vector<double> plain_errors, robust_errors;
     for (std::size_t i = 0; i + 1 < batch.ranges.size();) {

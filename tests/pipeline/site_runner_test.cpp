@@ -15,8 +15,6 @@
 namespace roomfix {
 namespace {
 
-Nanoseconds system_now() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
 /// Grey frames, `seconds` apart by their time stamps; a live one takes that long for each, a recorded one `reading` seconds.
 class GreyFrames final : public FrameSource {
 public:

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/videoio.hpp>
@@ -61,8 +60,7 @@ public:
         } catch (const cv::Exception& problem) {
             return Error{fmt::format("the video cannot be read on: {}", problem.err)};
         }
-        const auto now = std::chrono::system_clock::now().time_since_epoch();
-        frame.time = live_ ? std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() : from_seconds(interval_ * static_cast<double>(number_));
+        frame.time = live_ ? system_now() : from_seconds(interval_ * static_cast<double>(number_));
         frame.name = std::to_string(++number_);
         const auto converted = luma_from_mat(picture_, frame.image);
         if (!converted) return converted.error();

@@ -18,8 +18,6 @@ constexpr double publish_interval = 0.06;  // s: a screen needs no more
 const std::string range_source_name = "ranges";
 const std::string range_places_name = "places by ranges";
 
-Nanoseconds system_now() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
 }  // namespace
 
 SiteRunner::SiteRunner(const Site& site) : site_(site), tracker_(site) {}
