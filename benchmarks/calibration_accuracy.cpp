@@ -203,6 +203,7 @@ void measure_mount(bool drives, int runs) {
 void measure_lines(int runs) {
     Random random(9);
     Coverage coverage;
+    double nees = 0;
     int failed = 0;
     for (int run = 0; run < runs; ++run) {
         const CameraModel truth = make_camera_model(640, 480, 420, 420, random.uniform(310, 330), random.uniform(230, 250),
@@ -220,9 +221,13 @@ void measure_lines(int runs) {
             ++failed;
             continue;
         }
-        for (const int i : {2, 3, 4, 5}) coverage.add(found->model.intrinsics()[i] - truth.intrinsics()[i], std::sqrt(found->covariance(i, i)));
+        const Eigen::Matrix<double, 6, 1> off = (found->model.intrinsics() - truth.intrinsics()).segment<6>(2);  // cx, cy, k1, k2, p1, p2
+        const Eigen::Matrix<double, 6, 6> covariance = found->covariance.block<6, 6>(2, 2);
+        for (int i = 0; i < off.size(); ++i) coverage.add(off[i], std::sqrt(covariance(i, i)));
+        nees += off.dot(covariance.ldlt().solve(off)) / static_cast<double>(off.size());
     }
-    fmt::print("lens from straight edges: {} runs, {:.1f} % of cx, cy, k1, k2 inside their 95 % intervals; {} failed\n", runs, coverage.percent(), failed);
+    fmt::print("lens from straight edges: {} runs, {:.1f} % of the true numbers inside their 95 % intervals; NEES {:.2f} per number; {} failed\n", runs,
+               coverage.percent(), nees / std::max(runs - failed, 1), failed);
 }
 
 /// All cameras of a hall from drives of 30 s, by what locates the robot.

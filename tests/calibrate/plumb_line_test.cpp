@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -49,6 +50,41 @@ TEST(PlumbLine, FindsALensInPicturesOfFurnishedRooms) {
         for (const int i : {2, 3, 4, 5}) chi += std::pow(found->model.intrinsics()[i] - truth.intrinsics()[i], 2) / found->covariance(i, i);
     }
     EXPECT_LT(chi / 8, 5) << "errors are about as large as stated";
+}
+
+TEST(PlumbLine, StatesItsErrorsAsLargeAsTheyAre) {
+    Random random(73);
+    double nees = 0;
+    constexpr int runs = 10;
+    for (int run = 0; run < runs; ++run) {
+        const CameraModel truth = make_camera_model(640, 480, 420, 420, random.uniform(310, 330), random.uniform(230, 250),
+                                                    {random.uniform(-0.3, -0.05), random.uniform(0.04, 0.12), random.normal(3e-4), random.normal(3e-4), 0});
+        const auto found = straighten(edges_seen(truth, 6, random.bits()), make_camera_model(640, 480, 420, 420, 319.5, 239.5));
+        ASSERT_TRUE(found) << found.error().message;
+        const Eigen::Matrix<double, 6, 1> off = (found->model.intrinsics() - truth.intrinsics()).segment<6>(2);
+        nees += off.dot(found->covariance.block<6, 6>(2, 2).ldlt().solve(off)) / (6 * runs);
+    }
+    EXPECT_GT(nees, 0.5);
+    EXPECT_LT(nees, 1.6) << "three standard deviations of a mean of ten";
+}
+
+TEST(PlumbLine, AnEdgeIsFollowedOnce) {
+    Random random(74);
+    for (const double turned : {0.0, 0.02, 0.3, 0.785, 1.2, 1.55}) {
+        const Eigen::Vector2d along(std::cos(turned), std::sin(turned)), normal(-along.y(), along.x());
+        LumaImage picture(320, 240);
+        for (int y = 0; y < 240; ++y) {
+            for (int x = 0; x < 320; ++x) {
+                const double off = normal.dot(Eigen::Vector2d(x - 160.3, y - 120.2));
+                picture.row(y)[x] = static_cast<std::uint8_t>(std::lround(60 + 90 / (1 + std::exp(-off)) + random.normal(2)));
+            }
+        }
+        const auto edges = long_edges(picture, 0);
+        ASSERT_EQ(edges.size(), 1u) << "turned by " << turned << " rad";
+        const double length = (edges[0].points.back() - edges[0].points.front()).norm();
+        EXPECT_NEAR(static_cast<double>(edges[0].points.size()) / length, 1, 0.5) << "points per px, more on a diagonal";
+        for (const Eigen::Vector2d& p : edges[0].points) EXPECT_NEAR(normal.dot(p - Eigen::Vector2d(160.3, 120.2)), 0, 0.6);
+    }
 }
 
 TEST(PlumbLine, EdgesThatAreBentInTruthAreLeftOut) {

@@ -3,99 +3,16 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <optional>
 #include <utility>
 
-#include "roomfix/imaging/edge_points.hpp"
+#include "roomfix/calibrate/straightness.hpp"
 
 namespace roomfix {
 namespace {
-
-Eigen::Vector2d place_of(const EdgePoint& p) { return {p.x, p.y}; }
-Eigen::Vector2d normal_of(const EdgePoint& p) { return {p.nx, p.ny}; }
-
-/// Edge points by the cell of 2 x 2 px that they are in.
-class PointMap {
-public:
-    explicit PointMap(const std::vector<EdgePoint>& points) : points_(points) {
-        for (std::size_t i = 0; i < points.size(); ++i) cells_[cell(place_of(points[i]))].push_back(i);
-    }
-    /// The point nearest to a place, within `reach` px, with about this normal, that is still free.
-    std::optional<std::size_t> nearest(const Eigen::Vector2d& place, const Eigen::Vector2d& normal, double reach, const std::vector<char>& taken) const {
-        constexpr double same_direction = 0.94;
-        std::optional<std::size_t> best;
-        double least = reach;
-        const int steps = static_cast<int>(std::ceil(reach / size));
-        for (int dy = -steps; dy <= steps; ++dy) {
-            for (int dx = -steps; dx <= steps; ++dx) {
-                const auto in = cells_.find(cell(place + size * Eigen::Vector2d(dx, dy)));
-                if (in == cells_.end()) continue;
-                for (const std::size_t i : in->second) {
-                    const EdgePoint& p = points_[i];
-                    if (taken[i] || normal_of(p).dot(normal) < same_direction) continue;
-                    const double distance = (place_of(p) - place).norm();
-                    if (distance >= least) continue;
-                    least = distance;
-                    best = i;
-                }
-            }
-        }
-        return best;
-    }
-
-private:
-    static constexpr double size = 2;  // px
-    static std::pair<int, int> cell(const Eigen::Vector2d& p) {
-        return {static_cast<int>(std::floor(p.x() / size)), static_cast<int>(std::floor(p.y() / size))};
-    }
-    const std::vector<EdgePoint>& points_;
-    std::map<std::pair<int, int>, std::vector<std::size_t>> cells_;
-};
-
-/// Follows the edge from a point, to the left of its brighter side (sign 1) or to the right.
-std::vector<std::size_t> follow(const std::vector<EdgePoint>& points, const PointMap& map, std::size_t from, double sign, std::vector<char>& taken) {
-    constexpr double step = 1.6, reach = 1.3;  // px
-    std::vector<std::size_t> chain;
-    Eigen::Vector2d at = place_of(points[from]);
-    Eigen::Vector2d normal = normal_of(points[from]);
-    for (int missed = 0; missed < 3;) {
-        const Eigen::Vector2d along = sign * Eigen::Vector2d(-normal.y(), normal.x());
-        const Eigen::Vector2d expected = at + step * along;
-        const auto next = map.nearest(expected, normal, reach, taken);
-        if (!next) {
-            at = expected;
-            ++missed;
-            continue;
-        }
-        missed = 0;
-        taken[*next] = 1;
-        chain.push_back(*next);
-        at = place_of(points[*next]);
-        // Its own direction is noisy; that of the last stretch is not.
-        constexpr std::size_t stretch = 8;
-        normal = (0.85 * normal + 0.15 * normal_of(points[*next])).normalized();
-        if (chain.size() > stretch) {
-            const Eigen::Vector2d way = (at - place_of(points[chain[chain.size() - 1 - stretch]])).normalized() * sign;
-            normal = (normal + Eigen::Vector2d(way.y(), -way.x())).normalized();
-        }
-    }
-    return chain;
-}
-
-double length_of(const LongEdge& edge) { return (edge.points.back() - edge.points.front()).norm(); }
-
-/// Angle between the directions of the first and the last third.
-double turn_of(const LongEdge& edge) {
-    const std::size_t third = edge.points.size() / 3;
-    const Eigen::Vector2d a = edge.points[third] - edge.points.front(), b = edge.points.back() - edge.points[edge.points.size() - 1 - third];
-    return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
-}
 
 constexpr int unknowns = 6;
 constexpr std::array<int, unknowns> numbers = {2, 3, 4, 5, 6, 7};  // cx, cy, k1, k2, p1, p2 among the intrinsics
@@ -110,81 +27,28 @@ CameraModel with(const CameraModel& model, const Vector& change) {
     return other;
 }
 
-/// How far each point of an edge is off the straight line that fits the edge best without distortion; px of the picture. Points for which the
-/// model has no rays are far off, for whatever line.
-Eigen::VectorXd crookedness(const CameraModel& model, const LongEdge& edge) {
-    constexpr double no_ray = 3;  // px
-    const auto count = static_cast<Eigen::Index>(edge.points.size());
-    Eigen::Matrix<double, 2, Eigen::Dynamic> rays(2, count);
-    std::vector<Eigen::Matrix2d> by_pixel(edge.points.size());
-    std::vector<Eigen::Index> known;
-    for (Eigen::Index i = 0; i < count; ++i) {
-        const auto ray = unproject(model, edge.points[static_cast<std::size_t>(i)], &by_pixel[static_cast<std::size_t>(i)]);
-        if (!ray) continue;
-        rays.col(i) = *ray;
-        known.push_back(i);
-    }
-    Eigen::VectorXd off = Eigen::VectorXd::Constant(count, no_ray);
-    if (known.size() < 3) return off;
-    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-    for (const Eigen::Index i : known) middle += rays.col(i) / static_cast<double>(known.size());
-    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-    for (const Eigen::Index i : known) spread += (rays.col(i) - middle) * (rays.col(i) - middle).transpose();
-    Eigen::RowVector2d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(0).transpose();
-    if (normal.x() + 1e-3 * normal.y() < 0) normal = -normal;  // an eigenvector's sign is arbitrary; derivatives need the same one
-    for (const Eigen::Index i : known) off[i] = normal.dot(rays.col(i) - middle) / (normal * by_pixel[static_cast<std::size_t>(i)]).norm();
-    return off;
-}
-
-struct Edges {
-    Matrix information = Matrix::Zero();
-    Vector gradient = Vector::Zero();
-    std::vector<std::pair<Matrix, Vector>> own;  // each edge's part of both
-    double squares = 0;
+/// How far an edge's points are off its line, and how that goes with the lens; the line is fitted anew for each.
+struct Linearised {
+    Eigen::VectorXd off;  // px
+    Eigen::Matrix<double, Eigen::Dynamic, unknowns> by;
 };
 
-/// Normal equations over all edges that are used; derivatives numerically, each edge's line fitted anew.
-Edges linearise(const CameraModel& model, const std::vector<LongEdge>& edges) {
+Linearised linearise(const CameraModel& model, const LongEdge& edge) {
     const Vector step = (Vector() << 0.01, 0.01, 1e-5, 1e-5, 1e-6, 1e-6).finished();
-    Edges sum;
-    for (const LongEdge& edge : edges) {
-        if (!edge.used) continue;
-        const Eigen::VectorXd off = crookedness(model, edge);
-        Eigen::Matrix<double, Eigen::Dynamic, unknowns> by(off.size(), unknowns);
-        for (int k = 0; k < unknowns; ++k) {
-            by.col(k) =
-                (crookedness(with(model, step[k] * Vector::Unit(k)), edge) - crookedness(with(model, -step[k] * Vector::Unit(k)), edge)) / (2 * step[k]);
-        }
-        // A point that has a ray on one side of the step only tells nothing.
-        for (Eigen::Index i = 0; i < by.rows(); ++i) {
-            if (by.row(i).cwiseProduct(step.transpose()).cwiseAbs().maxCoeff() > 0.5) by.row(i).setZero();
-        }
-        sum.own.emplace_back(by.transpose() * by, by.transpose() * off);
-        sum.information += sum.own.back().first;
-        sum.gradient += sum.own.back().second;
-        sum.squares += off.squaredNorm();
+    Linearised at{crookedness(model, edge), {}};
+    at.by.resize(at.off.size(), unknowns);
+    for (int k = 0; k < unknowns; ++k) {
+        at.by.col(k) = (crookedness(with(model, step[k] * Vector::Unit(k)), edge) - crookedness(with(model, -step[k] * Vector::Unit(k)), edge)) / (2 * step[k]);
     }
-    return sum;
+    // A point that has a ray on one side of the step only tells nothing.
+    for (Eigen::Index i = 0; i < at.by.rows(); ++i) {
+        if (at.by.row(i).cwiseProduct(step.transpose()).cwiseAbs().maxCoeff() > 0.5) at.by.row(i).setZero();
+    }
+    return at;
 }
 
 double rms_of(const CameraModel& model, const LongEdge& edge) {
     return std::sqrt(crookedness(model, edge).squaredNorm() / static_cast<double>(edge.points.size()));
-}
-
-/// Chooses the edges that are about as straight as most. True if that changed the choice.
-bool choose(const CameraModel& model, std::vector<LongEdge>& edges, double times) {
-    std::vector<double> all;
-    for (const LongEdge& edge : edges) all.push_back(rms_of(model, edge));
-    std::vector<double> sorted = all;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double limit = times * std::max(sorted[sorted.size() / 2], 0.05);
-    bool changed = false;
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-        const bool good = all[i] <= limit;
-        changed = changed || good != edges[i].used;
-        edges[i].used = good;
-    }
-    return changed;
 }
 
 /// The lens with two numbers, out of many, with which most edges are about straight: those that are bent in truth must not lead.
@@ -193,7 +57,7 @@ CameraModel first_lens(const CameraModel& given, const std::vector<LongEdge>& ed
     std::vector<LongEdge> thinned;
     for (const LongEdge& edge : edges) {
         thinned.emplace_back();
-        for (std::size_t i = 0; i < edge.points.size(); i += 4) thinned.back().points.push_back(edge.points[i]);
+        for (std::size_t i = 0; i < edge.points.size(); i += 6) thinned.back().points.push_back(edge.points[i]);
     }
     CameraModel best = given;
     double least = 1e300;
@@ -216,26 +80,6 @@ CameraModel first_lens(const CameraModel& given, const std::vector<LongEdge>& ed
     return best;
 }
 
-/// The same edge in several pictures of a camera that stands still says no more than once.
-void drop_repeated(std::vector<LongEdge>& edges) {
-    constexpr double same = 4;  // px
-    const auto covers = [&](const LongEdge& longer, const LongEdge& edge) {
-        for (const std::size_t i : {std::size_t{0}, edge.points.size() / 2, edge.points.size() - 1}) {
-            const bool near =
-                std::any_of(longer.points.begin(), longer.points.end(), [&](const Eigen::Vector2d& p) { return (p - edge.points[i]).norm() < same; });
-            if (!near) return false;
-        }
-        return true;
-    };
-    std::stable_sort(edges.begin(), edges.end(), [](const LongEdge& a, const LongEdge& b) { return a.points.size() > b.points.size(); });
-    std::vector<LongEdge> kept;
-    for (LongEdge& edge : edges) {
-        const bool known = std::any_of(kept.begin(), kept.end(), [&](const LongEdge& k) { return k.picture != edge.picture && covers(k, edge); });
-        if (!known) kept.push_back(std::move(edge));
-    }
-    edges = std::move(kept);
-}
-
 std::size_t count_used(const std::vector<LongEdge>& edges) {
     return static_cast<std::size_t>(std::count_if(edges.begin(), edges.end(), [](const LongEdge& e) { return e.used; }));
 }
@@ -245,52 +89,178 @@ class Prior {
 public:
     Prior(const CameraModel& start, const PlumbLineSettings& settings) : centre_(start.cx, start.cy) {
         const double centre = std::pow(settings.centre_sigma * start.width, -2), tangential = std::pow(settings.tangential_sigma, -2);
-        weight_ = noise * noise * (Vector() << centre, centre, 0, 0, tangential, tangential).finished();
+        weight_ << centre, centre, 0, 0, tangential, tangential;
     }
-    Vector off(const CameraModel& m) const { return (Vector() << m.cx - centre_.x(), m.cy - centre_.y(), 0, 0, m.distortion[2], m.distortion[3]).finished(); }
     Matrix information() const { return weight_.asDiagonal(); }
-    Matrix by_edge() const { return noise * noise * information(); }
     Vector gradient(const CameraModel& m) const { return weight_.cwiseProduct(off(m)); }
     double cost(const CameraModel& m) const { return off(m).dot(gradient(m)); }
 
 private:
-    static constexpr double noise = 0.1;  // px, of points: how much the prior weighs beside them
+    Vector off(const CameraModel& m) const { return (Vector() << m.cx - centre_.x(), m.cy - centre_.y(), 0, 0, m.distortion[2], m.distortion[3]).finished(); }
     Eigen::Vector2d centre_;
     Vector weight_;
 };
 
-/// Levenberg-Marquardt over the edges that are used.
-Edges minimise(CameraModel& model, const std::vector<LongEdge>& edges, const Prior& prior) {
-    Edges at = linearise(model, edges);
-    double damping = 1e-4;
-    for (int round = 0; round < 40 && damping < 1e8; ++round) {
-        Matrix damped = at.information + prior.information();
-        damped.diagonal() *= 1 + damping;
-        const CameraModel next = with(model, -damped.ldlt().solve(at.gradient + prior.gradient(model)));
-        Edges tried = linearise(next, edges);
-        const double before = at.squares + prior.cost(model), after = tried.squares + prior.cost(next);
-        if (!(after <= before)) {
-            damping *= 10;
-            continue;
-        }
-        model = next;
-        at = std::move(tried);
-        damping *= 0.1;
-        if (before - after < 1e-9 * before) break;
-    }
-    return at;
+/// The square of a standard normal number is cut off at `most`; its mean then.
+double mean_of_cut_square(double most) {
+    const double limit = std::sqrt(most), outside = std::erfc(limit / std::sqrt(2.0));
+    constexpr double two_densities = 0.7978845608028654;  // 2 / sqrt(2 pi)
+    return 1 - outside - two_densities * limit * std::exp(-0.5 * most) + most * outside;
 }
 
-/// What one edge says is off in its own way all along: edges are counted, not points; each by what would change without it.
-Matrix covariance_of(const Edges& at, const Prior& prior) {
-    const Matrix inverse = (at.information + prior.information()).inverse();
-    Matrix by_edges = prior.by_edge();
-    for (const auto& [information, gradient] : at.own) {
-        const Vector without = (Matrix::Identity() - information * inverse).partialPivLu().solve(gradient);
-        by_edges += without * without.transpose();
+/// Lens, noise, and which edges are straight.
+class StraightLens {
+public:
+    StraightLens(CameraModel model, std::vector<LongEdge>& edges, const Prior& prior, double outlier)
+        : model_(std::move(model)), edges_(edges), prior_(prior), outlier_(outlier) {
+        for (const LongEdge& edge : edges) shapes_.emplace_back(edge);
+        leave_out_crooked(2 * outlier);
     }
-    return inverse * by_edges * inverse;
-}
+
+    const CameraModel& model() const { return model_; }
+    Matrix covariance() const { return (at_.information + prior_.information()).inverse(); }
+
+    /// Levenberg-Marquardt over the edges that are used.
+    void minimise() {
+        at_ = sum_of(model_);
+        double damping = 1e-4;
+        for (int round = 0; round < 40 && damping < 1e8; ++round) {
+            Matrix damped = at_.information + prior_.information();
+            damped.diagonal() *= 1 + damping;
+            const CameraModel next = with(model_, -damped.ldlt().solve(at_.gradient + prior_.gradient(model_)));
+            Sum tried = sum_of(next);
+            const double before = at_.squares + prior_.cost(model_), after = tried.squares + prior_.cost(next);
+            if (!(after <= before)) {
+                damping *= 10;
+                continue;
+            }
+            model_ = next;
+            at_ = std::move(tried);
+            damping *= 0.1;
+            if (before - after < 1e-9 * before) break;
+        }
+    }
+
+    /// Learns the noise from the edges that are used, and chooses those that are as straight as it says. True if either has changed.
+    bool look_again() {
+        bends_.clear();
+        const EdgeNoise before = noise_;
+        learn_points();
+        for (std::size_t i = 0; i < edges_.size(); ++i) bends_.push_back(bend_of(i));
+        learn_bend();
+        const bool chosen = leave_out_crooked(outlier_);
+        const auto same = [](double a, double b) { return std::abs(a - b) < 0.01 * (a + b) + 1e-8; };
+        return chosen || !same(before.point, noise_.point) || !same(before.bend, noise_.bend);
+    }
+
+private:
+    struct Sum {
+        Matrix information = Matrix::Zero();
+        Vector gradient = Vector::Zero();
+        double squares = 0;
+    };
+    /// An edge's bow and S: how far off, and the part of its variance that is the points' and, negative for used edges, the lens's. px, px^2
+    struct Bend {
+        std::array<double, EdgeShape::bends> off, variance;
+    };
+
+    Sum sum_of(const CameraModel& model) const {
+        Sum sum;
+        for (std::size_t i = 0; i < edges_.size(); ++i) {
+            if (!edges_[i].used) continue;
+            const Linearised edge = linearise(model, edges_[i]);
+            const Eigen::MatrixXd by = shapes_[i].weighed(edge.by, noise_);
+            const Eigen::VectorXd off = shapes_[i].weighed(edge.off, noise_);
+            sum.information += edge.by.transpose() * by;
+            sum.gradient += edge.by.transpose() * off;
+            sum.squares += edge.off.dot(off);
+        }
+        return sum;
+    }
+
+    void learn_points() {
+        double squares = 0, count = 0;
+        for (std::size_t i = 0; i < edges_.size(); ++i) {
+            if (!edges_[i].used) continue;
+            const Eigen::VectorXd all = shapes_[i].coefficients(crookedness(model_, edges_[i]));
+            for (int k = EdgeShape::bow + EdgeShape::bends; k < shapes_[i].orders(); ++k) {
+                squares += all[k] * all[k] / shapes_[i].variance(k);
+                ++count;
+            }
+        }
+        if (count > 0) noise_.point = std::max(squares / count, least_point);
+    }
+
+    Bend bend_of(std::size_t i) const {
+        const Linearised edge = linearise(model_, edges_[i]);
+        const Eigen::VectorXd off = shapes_[i].coefficients(edge.off);
+        const Eigen::MatrixXd by = shapes_[i].coefficients(edge.by);
+        const Matrix lens = covariance();
+        Bend bend;
+        for (std::size_t k = 0; k < bend.off.size(); ++k) {
+            const int order = EdgeShape::bow + static_cast<int>(k);
+            const double by_lens = by.row(order).dot(lens * by.row(order).transpose());
+            bend.off[k] = off[order];
+            bend.variance[k] = shapes_[i].variance(order) * noise_.point + (edges_[i].used ? -by_lens : by_lens);
+        }
+        return bend;
+    }
+
+    double normalised(const Bend& bend, std::size_t k, double bend_variance) const {
+        return bend.off[k] * bend.off[k] / std::max(bend.variance[k] + bend_variance, 0.1 * noise_.point);
+    }
+
+    /// The variance with which bends of used edges are as large as they should be; single wild ones do not lead.
+    void learn_bend() {
+        const double most = outlier_ * outlier_;
+        const auto excess = [&](double variance) {
+            double sum = 0;
+            for (std::size_t i = 0; i < edges_.size(); ++i) {
+                if (!edges_[i].used) continue;
+                for (std::size_t k = 0; k < EdgeShape::bends; ++k) sum += std::min(normalised(bends_[i], k, variance), most) - mean_of_cut_square(most);
+            }
+            return sum;
+        };
+        double low = 0, high = 1;  // px^2
+        if (excess(low) <= 0) {
+            noise_.bend = 0;
+            return;
+        }
+        for (int round = 0; round < 40; ++round) {
+            const double middle = 0.5 * (low + high);
+            (excess(middle) > 0 ? low : high) = middle;
+        }
+        noise_.bend = high;
+    }
+
+    /// True if that changed the choice.
+    bool leave_out_crooked(double times) {
+        std::vector<double> all;
+        for (const LongEdge& edge : edges_) all.push_back(rms_of(model_, edge));
+        std::vector<double> sorted = all;
+        std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+        const double limit = times * std::max(sorted[sorted.size() / 2], 0.05);
+        bool changed = false;
+        for (std::size_t i = 0; i < edges_.size(); ++i) {
+            bool good = all[i] <= limit;
+            for (std::size_t k = 0; k < EdgeShape::bends && !bends_.empty(); ++k) good = good && normalised(bends_[i], k, noise_.bend) < times * times;
+            changed = changed || good != edges_[i].used;
+            edges_[i].used = good;
+        }
+        return changed;
+    }
+
+    static constexpr double least_point = 1e-4;  // px^2
+
+    CameraModel model_;
+    std::vector<LongEdge>& edges_;
+    std::vector<EdgeShape> shapes_;
+    std::vector<Bend> bends_;
+    const Prior& prior_;
+    double outlier_;
+    EdgeNoise noise_;
+    Sum at_;
+};
 
 /// Root mean square over all points of the used edges, px.
 double rms_of_used(const CameraModel& model, const std::vector<LongEdge>& edges) {
@@ -311,32 +281,7 @@ double error_at_corner(const CameraModel& model, double k1_sigma) {
 
 }  // namespace
 
-std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const PlumbLineSettings& settings) {
-    EdgePointFinder finder({.working_width = std::max(picture.width, 1), .threshold = 5, .least_gradient = 2, .most_points = 60000});
-    std::vector<EdgePoint> points;
-    finder.find(picture, points);
-    std::vector<std::size_t> order(points.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return points[a].strength > points[b].strength; });
-    const PointMap map(points);
-    std::vector<char> taken(points.size(), 0);
-    std::vector<LongEdge> edges;
-    for (const std::size_t start : order) {
-        if (taken[start]) continue;
-        taken[start] = 1;
-        const auto one_way = follow(points, map, start, 1, taken), other_way = follow(points, map, start, -1, taken);
-        LongEdge edge;
-        edge.picture = number;
-        for (auto i = other_way.rbegin(); i != other_way.rend(); ++i) edge.points.push_back(place_of(points[*i]));
-        edge.points.push_back(place_of(points[start]));
-        for (const std::size_t i : one_way) edge.points.push_back(place_of(points[i]));
-        if (edge.points.size() < 12 || length_of(edge) < settings.least_length * picture.width || turn_of(edge) > settings.largest_turn) continue;
-        edges.push_back(std::move(edge));
-    }
-    return edges;
-}
-
-Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& start, const PlumbLineSettings& settings) {
+Result<PlumbLine> straighten(std::vector<LongEdge> all, const CameraModel& start, const PlumbLineSettings& settings) {
     const auto too_few = [&](std::size_t count) {
         return Error{
             fmt::format("{} long edges that can be straight, {} or more are needed: take pictures with door frames, skirtings and ceiling edges all over",
@@ -345,20 +290,19 @@ Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& sta
     if (start.kind != Distortion::plumb_bob) {
         return Error{fmt::format("the camera's lens is of the kind {}: straight lines are made straight for plumb_bob only; use a board", name_of(start.kind))};
     }
-    drop_repeated(edges);
-    if (edges.size() < settings.least_lines) return too_few(edges.size());
     PlumbLine result;
-    result.model = first_lens(make_camera_model(start.width, start.height, start.fx, start.fy, start.cx, start.cy), edges);
-    choose(result.model, edges, 2 * settings.outlier);
+    result.edges = without_repeats(std::move(all));
+    std::vector<LongEdge>& edges = result.edges;
+    if (edges.size() < settings.least_lines) return too_few(edges.size());
     const Prior prior(start, settings);
-    Edges at;
-    for (int selection = 0; selection < 12; ++selection) {
+    StraightLens lens(first_lens(make_camera_model(start.width, start.height, start.fx, start.fy, start.cx, start.cy), edges), edges, prior, settings.outlier);
+    for (int round = 0; round < 20; ++round) {
         if (count_used(edges) < settings.least_lines) return too_few(count_used(edges));
-        at = minimise(result.model, edges, prior);
-        if (!choose(result.model, edges, settings.outlier)) break;
+        lens.minimise();
+        if (!lens.look_again()) break;
     }
-    at = linearise(result.model, edges);
-    const Matrix covariance = covariance_of(at, prior);
+    result.model = lens.model();
+    const Matrix covariance = lens.covariance();
     for (int i = 0; i < unknowns; ++i) {
         for (int k = 0; k < unknowns; ++k) result.covariance(numbers[static_cast<std::size_t>(i)], numbers[static_cast<std::size_t>(k)]) = covariance(i, k);
     }
@@ -369,7 +313,6 @@ Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& sta
     result.used = static_cast<int>(count_used(edges));
     result.rms = rms_of_used(result.model, edges);
     result.before = rms_of_used(start, edges);
-    result.edges = std::move(edges);
     return result;
 }
 

@@ -5,29 +5,17 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/calibrate/long_edges.hpp"
 #include "roomfix/geometry/camera_model.hpp"
-#include "roomfix/imaging/luma.hpp"
 
 namespace roomfix {
 
 struct PlumbLineSettings {
-    double least_length = 0.18;      // of the picture's width: shorter edges say too little
-    double largest_turn = 0.5;       // rad along an edge: more is no straight edge behind any lens of this kind
     std::size_t least_lines = 12;    // that are believed
-    double outlier = 3;              // an edge that is so many times less straight than most is bent in truth
+    double outlier = 3;              // an edge that is so many times less straight than most, or than its noise says, is bent in truth
     double tangential_sigma = 5e-4;  // of p1 and p2 before anything is seen
     double centre_sigma = 0.03;      // of the picture's width: how far the lens's middle may be off the one in the model, each coordinate
 };
-
-/// An edge that was followed through a picture, px.
-struct LongEdge {
-    std::vector<Eigen::Vector2d> points;  // in their order
-    std::size_t picture = 0;              // among those of the calibration
-    bool used = true;                     // it is straight in truth, as far as one can tell
-};
-
-/// All long edges of a picture, subpixel. `number`: of the picture.
-std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const PlumbLineSettings& settings = {});
 
 struct PlumbLine {
     CameraModel model;                                       // plumb_bob; k1, k2, p1, p2 and the image centre are found, the focal length stays
@@ -38,9 +26,9 @@ struct PlumbLine {
     double rms = 0;     // ... and with the one that was found
 };
 
-/// Least squares over k1, k2, p1, p2 and the image centre, the last four with priors; each edge has its own straight line. Edges that are not straight then are
-/// left out, and it begins anew. The covariance is that of edges that are each off in their own way, not of points. Errors: too few edges, or a lens that they
-/// do not fix. Source: Brown 1971, analytical plumb line calibration.
+/// Least squares over k1, k2, p1, p2 and the image centre, the last four with priors; each edge has its own straight line. How far points are off and how much
+/// edges that count as straight are bent in truth is learned from these edges; those that are bent more are left out. Errors: too few edges, or a lens that
+/// they do not fix. Source: Brown 1971, analytical plumb line calibration.
 Result<PlumbLine> straighten(std::vector<LongEdge> edges, const CameraModel& start, const PlumbLineSettings& settings = {});
 
 /// Its covariance with what is known of fx and fy from elsewhere: for a longer focal length the same bending has larger numbers.
