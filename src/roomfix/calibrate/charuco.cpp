@@ -76,7 +76,6 @@ cv::Ptr<cv::aruco::Dictionary> dictionary_of(const Chessboard& board) {
 
 constexpr double same_corner = 4;      // px at most between what two markers say of a corner: outlines are read a little too small
 constexpr std::size_t least_seen = 8;  // corners of a shot
-constexpr double least_look = 2.5;     // px
 
 /// The markers' outlines by their numbers, px. Small pictures are enlarged first: bits of two pixels are not read otherwise. OpenCV's own
 /// refinement of outlines is left alone: it slips to the bits of small markers.
@@ -204,7 +203,7 @@ BoardShot find_charuco(LumaView picture, const Chessboard& board, const std::str
     double blur = 0, square = 0;
     for (std::size_t i = 0; i < reading.corners.size(); ++i) {
         const double size = std::min(reading.across[i].norm(), reading.down[i].norm());
-        const auto saddle = fit_saddle(picture, reading.corners[i], {reading.across[i]}, {reading.down[i]}, std::max(free * size, least_look));
+        const auto saddle = fit_saddle(picture, reading.corners[i], {reading.across[i]}, {reading.down[i]}, std::max(free * size, least_saddle_radius));
         if (!saddle) continue;
         shot.corners.push_back(saddle->pixel);
         shot.numbers.push_back(reading.numbers[i]);

@@ -19,7 +19,6 @@ constexpr double blurred_by_median = 1.7;   // times the median of all shots' ed
 constexpr double blurred_by_square = 0.25;  // part of a square that an edge may take
 constexpr double sharp_enough = 4;          // px: never too wide
 constexpr double look = 0.7;                // of a square: how far around a corner light is read ...
-constexpr double least_look = 2.5;          // px: less says too little
 constexpr double widest_look = 12;          // px: ... and no farther, for lenses bend lines
 constexpr int rounds = 3;                   // better corners tell better how lines are bent, and where the others are
 constexpr double least_read = 0.5;          // of the corners
@@ -123,7 +122,7 @@ void refine(LumaView picture, const Chessboard& board, std::vector<Eigen::Vector
         }
         const double crossing = std::abs(across.along.x() * down.along.y() - across.along.y() * down.along.x()) / (across.along.norm() * down.along.norm());
         const double radius = std::min(widest_look, look * square * crossing);
-        if (radius < least_look) continue;
+        if (radius < least_saddle_radius) continue;
         const auto saddle = fit_saddle(picture, at(column, row), across, down, radius);
         read[static_cast<std::size_t>(i)] = saddle.has_value();
         if (saddle) corners[static_cast<std::size_t>(i)] = saddle->pixel;

@@ -21,6 +21,8 @@ struct SaddleEdge {
     double bend = 0;
 };
 
+constexpr double least_saddle_radius = 2.5;  // px: less says too little
+
 /// Fits the product of two blurred steps, under light that falls off evenly, to all pixels within `radius` px of `start`, which is within a pixel or so of the
 /// truth. Bends are taken as they are. Nothing where that leads elsewhere or out of the picture. The pattern looks the same turned by half a circle, so neither
 /// the camera's tone curve nor the blur's shape moves the place that is found.

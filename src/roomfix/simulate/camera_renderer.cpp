@@ -30,16 +30,13 @@ std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
 }  // namespace
 
 CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const SensorModel& sensor, std::uint64_t seed)
-    : scene_(scene), view_(view), sensor_(sensor), seed_(seed), width_(view.model.width), height_(view.model.height) {
-    const Eigen::Matrix3d rotation = view.map_from_camera.pose.linear();
-    corner_rays_.reserve(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1));
-    for (int y = 0; y <= height_; ++y) {
-        for (int x = 0; x <= width_; ++x) {
-            const auto ray = unproject(view.model, {x - 0.5, y - 0.5});
-            corner_rays_.emplace_back(Eigen::Vector3f::Zero());
-            if (ray) corner_rays_.back() = (rotation * ray->homogeneous()).cast<float>();
-        }
-    }
+    : scene_(scene),
+      view_(view),
+      sensor_(sensor),
+      seed_(seed),
+      width_(view.model.width),
+      height_(view.model.height),
+      rays_(view.model, view.map_from_camera.pose.linear()) {
     still_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) still_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, {});
@@ -51,20 +48,8 @@ CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const Senso
     blur(still_, {0, 0, width_ - 1, height_ - 1}, still_blurred_);
 }
 
-/// The ray through a place of the image, px, not of unit length.
-Eigen::Vector3f CameraRenderer::direction(float x, float y) const {
-    const int column = std::clamp(static_cast<int>(x + 0.5f), 0, width_ - 1);
-    const int line = std::clamp(static_cast<int>(y + 0.5f), 0, height_ - 1);
-    const float fx = x + 0.5f - static_cast<float>(column);
-    const float fy = y + 0.5f - static_cast<float>(line);
-    const auto* top = &corner_rays_[static_cast<std::size_t>(line * (width_ + 1) + column)];
-    const auto* bottom = top + width_ + 1;
-    if (top[0].isZero() || top[1].isZero() || bottom[0].isZero() || bottom[1].isZero()) return Eigen::Vector3f::Zero();
-    return (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
-}
-
 RayHit CameraRenderer::centre_ray(int x, int y, const std::vector<Solid>& moving) const {
-    const Eigen::Vector3f d = direction(static_cast<float>(x), static_cast<float>(y));
+    const Eigen::Vector3f d = rays_.within(std::min(x, width_ - 1), std::min(y, height_ - 1), 0.5f, 0.5f);
     if (d.isZero()) return {};
     return trace(scene_, moving, view_.position().cast<float>(), d.normalized(), {0.5f, 0.5f});
 }
@@ -92,7 +77,7 @@ CameraRenderer::PixelLight CameraRenderer::traced(int x, int y, const std::vecto
     const auto uniform = [](std::uint64_t bits) { return static_cast<float>(bits & 0xffffff) * 0x1p-24f; };
     const auto ray = [&](int number, float u, float v, int& surface) {
         const std::uint64_t h = mix64(seed_ ^ (pixel + static_cast<std::uint64_t>(number)));
-        const Eigen::Vector3f d = direction(static_cast<float>(x) - 0.5f + u, static_cast<float>(y) - 0.5f + v);
+        const Eigen::Vector3f d = rays_.within(x, y, u, v);
         if (d.isZero()) return 0.0f;
         const RayHit hit = trace(scene_, moving, origin, d.normalized(), {uniform(h >> 40U), uniform(h >> 8U)});
         surface = hit.surface;
@@ -201,11 +186,21 @@ CameraRenderer::Rectangle CameraRenderer::reach(const std::vector<Solid>& moving
     return {std::max(area.left, 0), std::max(area.top, 0), std::min(area.right, width_ - 1), std::min(area.bottom, height_ - 1)};
 }
 
+/// Around `area`, as far as its blur reaches.
+void CameraRenderer::copy_still(const Rectangle& area) const {
+    traced_.resize(still_.size());
+    const auto left = std::max(area.left - blur_reach, 0), right = std::min(area.right + blur_reach, width_ - 1);
+    for (int y = std::max(area.top - blur_reach, 0); y <= std::min(area.bottom + blur_reach, height_ - 1); ++y) {
+        const auto row = static_cast<std::ptrdiff_t>(y) * width_;
+        std::copy(still_.begin() + row + left, still_.begin() + row + right + 1, traced_.begin() + row + left);
+    }
+}
+
 void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const {
     light_ = still_blurred_;
     const Rectangle area = reach(moving);
     if (area.left <= area.right && area.top <= area.bottom) {
-        traced_ = still_;
+        copy_still(area);
         const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
                                 area.right < width_ - 1 ? area.right - blur_reach : area.right,
                                 area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};

@@ -6,6 +6,7 @@
 
 #include "roomfix/geometry/view.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/simulate/pixel_rays.hpp"
 #include "roomfix/simulate/scene.hpp"
 #include "roomfix/simulate/sensor.hpp"
 
@@ -33,7 +34,7 @@ private:
         float mean = 0, right = 0, down = 0;
     };
     PixelLight traced(int x, int y, const std::vector<Solid>& moving) const;
-    Eigen::Vector3f direction(float x, float y) const;
+    void copy_still(const Rectangle& area) const;
     /// What the optics make of `light`, written to `blurred` within `area`.
     void blur(const std::vector<PixelLight>& light, const Rectangle& area, std::vector<float>& blurred) const;
 
@@ -42,11 +43,11 @@ private:
     SensorModel sensor_;
     std::uint64_t seed_;
     int width_, height_;
-    std::vector<Eigen::Vector3f> corner_rays_;  // (width + 1) x (height + 1), at the pixels' corners
-    std::vector<PixelLight> still_;             // light without robots, before the blur
-    std::vector<int> still_surface_;            // what the ray through each grid cell's middle meets
+    PixelRays rays_;                  // map frame
+    std::vector<PixelLight> still_;   // light without robots, before the blur
+    std::vector<int> still_surface_;  // what the ray through each grid cell's middle meets
     std::vector<float> still_blurred_;
-    mutable std::vector<PixelLight> traced_;  // with robots; renders are not meant to run in two threads at once
+    mutable std::vector<PixelLight> traced_;  // with robots, where they are; renders are not meant to run in two threads at once
     mutable std::vector<float> light_;        // the same, blurred
     mutable std::vector<char> changed_;       // per grid cell
 };

@@ -241,15 +241,9 @@ private:
 }  // namespace
 
 RoomRenderer::RoomRenderer(const CameraModel& model, const SensorModel& sensor, const GlareModel& glare, std::uint64_t seed)
-    : model_(model), sensor_(model.width, model.height, sensor, glare, seed), width_(model.width), height_(model.height) {
-    for (int y = 0; y <= height_; ++y) {
-        for (int x = 0; x <= width_; ++x) {
-            const auto ray = unproject(model, {x - 0.5, y - 0.5});
-            corner_rays_.push_back(ray ? Vector3f(ray->homogeneous().cast<float>()) : Vector3f(Vector3f::Zero()));
-        }
-    }
-    corner_light_.resize(corner_rays_.size());
-    corner_surface_.resize(corner_rays_.size());
+    : sensor_(model.width, model.height, sensor, glare, seed), width_(model.width), height_(model.height), rays_(model) {
+    corner_light_.resize(rays_.corners().size());
+    corner_surface_.resize(rays_.corners().size());
     light_.resize(static_cast<std::size_t>(width_ * height_));
 }
 
@@ -257,15 +251,15 @@ const std::vector<float>& RoomRenderer::expose(const RoomScene& scene, const Eig
     const Tracer tracer(scene);
     const Eigen::Matrix3f rotation = map_from_camera.linear().cast<float>();
     const Vector3f origin = map_from_camera.translation().cast<float>();
-    for (std::size_t i = 0; i < corner_rays_.size(); ++i) {
+    for (std::size_t i = 0; i < rays_.corners().size(); ++i) {
+        const Vector3f& ray = rays_.corners()[i];
         corner_light_[i] = 0;
         corner_surface_[i] = 0;
-        if (corner_rays_[i].z() > 0) corner_light_[i] = tracer.light(origin, (rotation * corner_rays_[i]).normalized(), corner_surface_[i]);
+        if (ray.z() > 0) corner_light_[i] = tracer.light(origin, (rotation * ray).normalized(), corner_surface_[i]);
     }
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) {
-            const auto top = static_cast<std::size_t>(y * (width_ + 1) + x);
-            const std::size_t bottom = top + static_cast<std::size_t>(width_) + 1;
+            const std::size_t top = rays_.corner(x, y), bottom = top + rays_.stride();
             float& light = light_[static_cast<std::size_t>(y * width_ + x)];
             const int surface = corner_surface_[top];
             if (corner_surface_[top + 1] == surface && corner_surface_[bottom] == surface && corner_surface_[bottom + 1] == surface) {
@@ -276,8 +270,7 @@ const std::vector<float>& RoomRenderer::expose(const RoomScene& scene, const Eig
             for (int i = 0; i < lattice_points; ++i) {
                 const float fx = (static_cast<float>(i) + 0.5f) / lattice_points;
                 const float fy = (static_cast<float>(i * lattice_step % lattice_points) + 0.5f) / lattice_points;
-                const Vector3f ray = (1 - fy) * ((1 - fx) * corner_rays_[top] + fx * corner_rays_[top + 1]) +
-                                     fy * ((1 - fx) * corner_rays_[bottom] + fx * corner_rays_[bottom + 1]);
+                const Vector3f ray = rays_.within(x, y, fx, fy);
                 int ignored = 0;
                 if (ray.z() > 0) sum += tracer.light(origin, (rotation * ray).normalized(), ignored);
             }

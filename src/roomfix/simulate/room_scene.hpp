@@ -9,6 +9,7 @@
 
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/simulate/pixel_rays.hpp"
 #include "roomfix/simulate/sensor.hpp"
 
 namespace roomfix {
@@ -78,11 +79,10 @@ public:
     const std::vector<float>& expose(const RoomScene& scene, const Eigen::Isometry3d& map_from_camera, double gain);
 
 private:
-    CameraModel model_;
     Sensor sensor_;
     int width_, height_;
-    std::vector<Eigen::Vector3f> corner_rays_;  // (width + 1) x (height + 1), at the pixels' corners, camera frame; z = 0: no light
-    std::vector<float> corner_light_;
+    PixelRays rays_;                   // camera frame
+    std::vector<float> corner_light_;  // along the rays at the pixels' corners
     std::vector<int> corner_surface_;
     std::vector<float> light_;
 };
