@@ -15,6 +15,7 @@
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/calibrate/plumb_line.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
+#include "roomfix/evaluate/simulated_boards.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/evaluate/tracker_experiment.hpp"
 #include "roomfix/simulate/camera_renderer.hpp"
@@ -38,13 +39,14 @@ struct Coverage {
     double percent() const { return 100.0 * inside / std::max(all, 1); }
 };
 
-/// Corners read from rendered pictures of a flat board.
+/// Corners read from rendered pictures of a glued board.
 std::vector<BoardShot> photographed_boards(const CameraModel& camera, std::uint64_t seed, Random& random) {
     std::vector<BoardShot> shots;
     PlanePictures pictures(camera, SensorModel{}, seed);
+    const PrintedBoard made = glued_board(board, random);
     LumaImage picture;
     for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 15, random)) {
-        pictures.render(chessboard_pattern(board.columns, board.rows, board.square), pose, shots.size(), picture);
+        photograph(pictures, pattern_of(board), held_board(made, usual_held_bend, random), pose, shots.size(), picture);
         shots.push_back(find_chessboard(picture, board, fmt::format("shot {}", shots.size())));
     }
     return shots;
@@ -74,7 +76,7 @@ void measure_lens(Distortion kind, Boards boards, int runs) {
     for (int run = 0; run < runs; ++run) {
         const CameraModel camera = random_camera(kind, random);
         const std::vector<BoardShot> shots = boards == Boards::rendered ? photographed_boards(camera, random.bits(), random)
-                                             : boards == Boards::glued  ? seen_boards(camera, glued_board(board, random), 0.001, 15, 0.05, random)
+                                             : boards == Boards::glued  ? seen_boards(camera, glued_board(board, random), usual_held_bend, 15, 0.05, random)
                                                                         : seen_boards(camera, PrintedBoard(board), 0, 15, 0.1, random);
         const auto lens = calibrate_lens(shots, 640, 480, board, {.kind = kind});
         if (!lens) {

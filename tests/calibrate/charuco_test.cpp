@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "roomfix/calibrate/lens.hpp"
-#include "roomfix/evaluate/simulated_calibration.hpp"
+#include "roomfix/evaluate/simulated_boards.hpp"
 
 namespace roomfix {
 namespace {

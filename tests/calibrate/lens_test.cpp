@@ -11,7 +11,7 @@
 #include <set>
 
 #include "roomfix/calibrate/lens_report.hpp"
-#include "roomfix/evaluate/simulated_calibration.hpp"
+#include "roomfix/evaluate/simulated_boards.hpp"
 #include "roomfix/simulate/plane_picture.hpp"
 
 namespace roomfix {
@@ -142,7 +142,7 @@ TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     constexpr int runs = 12;
     for (int run = 0; run < runs; ++run) {
         const PrintedBoard glued = glued_board(board, random);
-        const std::vector<BoardShot> shots = seen_boards(camera, glued, 0.001, 14, 0.05, random);
+        const std::vector<BoardShot> shots = seen_boards(camera, glued, usual_held_bend, 14, 0.05, random);
         const auto lens = calibrate_lens(shots, 640, 480, board);
         const auto exact = calibrate_lens(shots, 640, 480, board, {.exact_board = true, .outlier = 100});
         ASSERT_TRUE(lens && exact) << lens.error().message;
@@ -296,6 +296,31 @@ TEST(Chessboard, CornersThatCannotBeReadAreLeftOut) {
     EXPECT_TRUE(shot.refused.empty()) << shot.refused;
     ASSERT_EQ(shot.corners.size(), 53U);
     for (std::size_t i = 0; i < shot.corners.size(); ++i) EXPECT_EQ(shot.number(i), static_cast<int>(i));
+}
+
+TEST(Chessboard, APhotographedBoardShowsItsCornersWhereTheyWerePrinted) {
+    Random random(23);
+    const CameraModel camera = plain_camera();
+    PlanePictures pictures(camera, {}, 6);
+    PrintedBoard made = glued_board(board, random);
+    made.shape[0] = 0.02;  // 2 mm at its ends
+    double squares = 0, as_if_flat = 0, count = 0;
+    LumaImage picture;
+    for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 6, random)) {
+        photograph(pictures, pattern_of(board), made, pose, 0, picture);
+        const BoardShot shot = find_chessboard(picture, board, "bent");
+        ASSERT_TRUE(shot.refused.empty()) << shot.refused;
+        const bool turned = (shot.corners[0] - *project(camera, pose * made.corner(shot.number(0)))).norm() > 20;
+        for (std::size_t i = 0; i < shot.corners.size(); ++i) {
+            const int number = turned ? board.corners() - 1 - shot.number(i) : shot.number(i);
+            const Eigen::Vector2d flat = board.corner(number);
+            squares += (shot.corners[i] - *project(camera, pose * made.corner(number))).squaredNorm();
+            as_if_flat += (shot.corners[i] - *project(camera, pose * Eigen::Vector3d(flat.x(), flat.y(), 0))).squaredNorm();
+            ++count;
+        }
+    }
+    EXPECT_LT(std::sqrt(squares / count), 0.05);
+    EXPECT_GT(std::sqrt(as_if_flat / count), 0.3);
 }
 
 TEST(Chessboard, ABoardOfAnotherSizeIsNamed) {

@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <map>
 #include <numbers>
 
-#include "roomfix/calibrate/charuco.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
+#include "roomfix/evaluate/simulated_boards.hpp"
 
 namespace roomfix {
 namespace {
@@ -34,58 +33,15 @@ std::optional<MountFrame> seen_from(const CameraOnRobot& truth, const Pose2& pos
 
 }  // namespace
 
-FlatPattern pattern_of(const Chessboard& board, bool old_layout) {
-    const FlatPattern squares = chessboard_pattern(board.columns, board.rows, board.square);
-    if (!board.markers) return squares;
-    constexpr float black = 0.08F, white = 0.9F;
-    std::map<std::pair<int, int>, std::vector<std::vector<bool>>> bits;
-    for (const BoardMarker& marker : markers_of(board, old_layout)) bits[{marker.column, marker.row}] = marker_bits(board, marker.number);
-    const bool lower_left_black = old_layout && board.rows % 2 == 1;  // the upper left square is white then
-    return [=](const Eigen::Vector2d& p) {
-        const Eigen::Vector2d at(p.x() / board.square + 1, p.y() / board.square + 1);  // squares
-        // Moved by a square along the board, black and white change places.
-        const bool on_board = at.x() >= 0 && at.y() >= 0 && at.x() <= board.columns + 1 && at.y() <= board.rows + 1;
-        if (!on_board) return squares(p);
-        const auto marker = bits.find({static_cast<int>(at.x()), static_cast<int>(at.y())});
-        if (marker == bits.end()) return (static_cast<int>(at.x()) + static_cast<int>(at.y())) % 2 == (lower_left_black ? 1 : 0) ? black : white;
-        const double side = board.markers->size / board.square, gap = (1 - side) / 2;
-        const Eigen::Vector2d own = (at - at.array().floor().matrix() - Eigen::Vector2d(gap, gap)) / side;
-        if (own.minCoeff() < 0 || own.maxCoeff() >= 1) return white;
-        const auto count = static_cast<double>(marker->second.size());
-        return marker->second[static_cast<std::size_t>(own.y() * count)][static_cast<std::size_t>(own.x() * count)] ? white : black;
-    };
-}
-
-PrintedBoard glued_board(const Chessboard& board, Random& random) {
-    PrintedBoard made(board);
-    made.shape << random.normal(0.005), random.normal(0.005), random.normal(0.005), random.normal(0.001);
-    for (auto corner : made.offsets.colwise()) corner << random.normal(6e-5), random.normal(6e-5), random.normal(4e-5);
-    return made;
-}
-
-std::vector<BoardShot> seen_boards(const CameraModel& camera, const PrintedBoard& board, double held_bend, int count, double noise, Random& random) {
-    std::vector<BoardShot> shots;
-    for (const Eigen::Isometry3d& pose : board_poses(camera, board.nominal.corner(board.nominal.corners() - 1), count, random)) {
-        BoardShot shot{.name = fmt::format("shot {}", shots.size()), .corners = {}, .edge_width = 2, .square_pixels = 30, .refused = {}};
-        PrintedBoard held = board;
-        held.shape.head<3>() += Eigen::Vector3d(random.normal(held_bend), random.normal(held_bend), random.normal(held_bend));
-        for (int i = 0; i < board.nominal.corners(); ++i) {
-            shot.corners.push_back(*project(camera, pose * held.corner(i)) + Eigen::Vector2d(random.normal(noise), random.normal(noise)));
-        }
-        shots.push_back(shot);
-    }
-    return shots;
-}
-
 Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots) {
     Random random(seed * 6151 + 17);
     PlanePictures pictures(truth, sensor, seed);
     const FlatPattern pattern = pattern_of(printed_board);
-    const Eigen::Vector2d size = printed_board.corner(printed_board.corners() - 1);
+    const PrintedBoard board = glued_board(printed_board, random);
     std::vector<BoardShot> seen;
     LumaImage picture;
-    for (const Eigen::Isometry3d& pose : board_poses(truth, size, shots, random)) {
-        pictures.render(pattern, pose, seen.size(), picture);
+    for (const Eigen::Isometry3d& pose : board_poses(truth, printed_board.corner(printed_board.corners() - 1), shots, random)) {
+        photograph(pictures, pattern, held_board(board, usual_held_bend, random), pose, seen.size(), picture);
         seen.push_back(find_chessboard(picture, printed_board, std::to_string(seen.size())));
     }
     return calibrate_lens(std::move(seen), truth.width, truth.height, printed_board, {.kind = truth.kind});

@@ -6,26 +6,15 @@
 
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/calibrate/mount.hpp"
-#include "roomfix/simulate/plane_picture.hpp"
 #include "roomfix/simulate/scenario.hpp"
+#include "roomfix/simulate/sensor.hpp"
 
 namespace roomfix {
 
 /// Pictures of the board, if nobody says how many.
 constexpr int usual_board_shots = 60;
 
-/// A printed board, with its markers if it has some. Its first inner corner is at (0, 0).
-FlatPattern pattern_of(const Chessboard& board, bool old_layout = false);
-
-/// A board as people make them: printed unevenly (0.06 mm), stretched (0.1 %), glued onto something that is bent (0.5 mm at the ends of 20 cm) and
-/// not smooth (0.04 mm).
-PrintedBoard glued_board(const Chessboard& board, Random& random);
-
-/// Corners of a board in front of a camera straight from geometry, with normal noise (px). `held_bend`: how differently the board is bent
-/// in each shot (see HeldBoard), standard deviation.
-std::vector<BoardShot> seen_boards(const CameraModel& camera, const PrintedBoard& board, double held_bend, int count, double noise, Random& random);
-
-/// The lens from rendered pictures of a printed board that is shown to the camera.
+/// The lens from rendered pictures of a glued board that somebody holds before the camera.
 Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots);
 
 /// A fixed camera's pose from the joints of the rendered floor, starting from floor points that somebody clicked. `known`: the camera as

@@ -1,7 +1,6 @@
 #include "roomfix/simulate/plane_picture.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace roomfix {
 
@@ -16,36 +15,31 @@ FlatPattern chessboard_pattern(int columns, int rows, double square) {
 }
 
 PlanePictures::PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed)
-    : width_(camera.width), height_(camera.height), seed_(seed), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed) {
-    const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
-    rays_.reserve(static_cast<std::size_t>(width_ + 1) * static_cast<std::size_t>(height_ + 1));
-    for (int y = 0; y <= height_; ++y) {
-        for (int x = 0; x <= width_; ++x) rays_.push_back(unproject(camera, {x - 0.5, y - 0.5}).value_or(nowhere));
-    }
-}
+    : width_(camera.width), height_(camera.height), seed_(seed), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed), rays_(camera) {}
 
-void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture) {
+void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture,
+                           const SheetHeight& height) {
     const Eigen::Matrix3d plane_from_camera = camera_from_plane.linear().transpose();
     const Eigen::Vector3d eye = -(plane_from_camera * camera_from_plane.translation());
-    const auto light_along = [&](const Eigen::Vector2d& ray) {
-        const Eigen::Vector3d way = plane_from_camera * ray.homogeneous();
-        const double along = -eye.z() / way.z();
+    const auto light_along = [&](const Eigen::Vector3f& ray) {
+        const Eigen::Vector3d way = plane_from_camera * ray.cast<double>();
+        double along = -eye.z() / way.z();
+        constexpr int rounds = 2;  // the height hardly changes from one to the next
+        for (int i = 0; height && i < rounds; ++i) along = (height((eye + along * way).head<2>()) - eye.z()) / way.z();
         return along > 0 ? pattern((eye + along * way).head<2>()) : 0.0F;
     };
-    const std::size_t stride = static_cast<std::size_t>(width_) + 1;
     std::vector<float> at_corners;
-    at_corners.reserve(rays_.size());
-    for (const Eigen::Vector2d& ray : rays_) at_corners.push_back(light_along(ray));
+    at_corners.reserve(rays_.corners().size());
+    for (const Eigen::Vector3f& ray : rays_.corners()) at_corners.push_back(light_along(ray));
     light_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
     Random random(seed_ ^ 0x5ab5);
     for (int y = 0; y < height_; ++y) {
         for (int x = 0; x < width_; ++x) {
-            const std::size_t corner = static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x);
-            const Eigen::Vector2d &a = rays_[corner], &b = rays_[corner + 1], &c = rays_[corner + stride], &d = rays_[corner + stride + 1];
+            const std::size_t top = rays_.corner(x, y), bottom = top + rays_.stride();
             float& out = light_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
-            const float first = at_corners[corner];
-            const bool plain = first == at_corners[corner + 1] && first == at_corners[corner + stride] && first == at_corners[corner + stride + 1] &&
-                               first == light_along(0.25 * (a + b + c + d));
+            const float first = at_corners[top];
+            const bool plain = first == at_corners[top + 1] && first == at_corners[bottom] && first == at_corners[bottom + 1] &&
+                               first == light_along(rays_.within(x, y, 0.5F, 0.5F));
             if (plain) {
                 out = first;
                 continue;
@@ -53,8 +47,8 @@ void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& 
             // Anywhere in each cell of the pixel: rays in rows would move edges that run along them.
             for (int j = 0; j < fine; ++j) {
                 for (int i = 0; i < fine; ++i) {
-                    const double u = (i + random.uniform()) / fine, v = (j + random.uniform()) / fine;
-                    out += light_along((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d)) / (fine * fine);
+                    const auto u = static_cast<float>((i + random.uniform()) / fine), v = static_cast<float>((j + random.uniform()) / fine);
+                    out += light_along(rays_.within(x, y, u, v)) / (fine * fine);
                 }
             }
         }

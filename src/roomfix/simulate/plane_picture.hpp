@@ -1,4 +1,4 @@
-// Pictures of something flat, such as a calibration board held before a camera.
+// Pictures of something about flat, such as a calibration board held before a camera.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,16 @@
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/simulate/pixel_rays.hpp"
 #include "roomfix/simulate/sensor.hpp"
 
 namespace roomfix {
 
 /// Light (0..1) at a point of the plane, m; what lies around it, too.
 using FlatPattern = std::function<float(const Eigen::Vector2d&)>;
+
+/// How far (m) a sheet that is not quite flat rises over the plane at a point of it.
+using SheetHeight = std::function<double(const Eigen::Vector2d&)>;
 
 /// A printed chessboard with its white margin on something grey. Its first inner corner is at (0, 0).
 FlatPattern chessboard_pattern(int columns, int rows, double square);
@@ -24,15 +28,17 @@ class PlanePictures {
 public:
     PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed);
 
-    /// `camera_from_plane`: the plane is z = 0 there. The same `index` gives the same noise.
-    void render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture);
+    /// `camera_from_plane`: the plane is z = 0 there. `height`: must be much smaller than the sheet; none for one that is flat. The same `index`
+    /// gives the same noise.
+    void render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture,
+                const SheetHeight& height = {});
 
 private:
     static constexpr int fine = 6;  // rays in each direction for a pixel that is not all alike
     int width_, height_;
     std::uint64_t seed_;
     Sensor sensor_;
-    std::vector<Eigen::Vector2d> rays_;  // through the pixels' corners, row by row; x, y at z = 1; NaN where the lens sees nothing
+    PixelRays rays_;  // camera frame
     std::vector<float> light_;
 };
 
