@@ -26,10 +26,10 @@ void report(const char* what, const Li2014Options& options) {
 
 int main() {
     report("15 points, 3 seeds", {.seed = 1, .seeds = 3, .published = false});
-    report("15 points, 3 seeds, true lenses", {.seed = 1, .seeds = 3, .published = false, .board_shots = 0});
+    report("15 points, 3 seeds, true lenses", {.seed = 1, .seeds = 3, .published = false, .board = {.shots = 0}});
     report("15 points, seeds 101-103", {.seed = 101, .seeds = 3, .published = false});
-    report("light 0.85", {.seed = 1, .seeds = 3, .light = 0.85, .published = false, .board_shots = 0});
-    report("light 1.15", {.seed = 1, .seeds = 3, .light = 1.15, .published = false, .board_shots = 0});
-    report("30 % hidden", {.seed = 1, .seeds = 3, .hidden = 0.3, .published = false, .board_shots = 0});
-    report("consistency, 600 fixes, 20 sites", {.seed = 1001, .seeds = 20, .fixes_per_point = 2, .scatter = true, .published = false, .board_shots = 0});
+    report("light 0.85", {.seed = 1, .seeds = 3, .light = 0.85, .published = false, .board = {.shots = 0}});
+    report("light 1.15", {.seed = 1, .seeds = 3, .light = 1.15, .published = false, .board = {.shots = 0}});
+    report("30 % hidden", {.seed = 1, .seeds = 3, .hidden = 0.3, .published = false, .board = {.shots = 0}});
+    report("consistency, 600 fixes, 20 sites", {.seed = 1001, .seeds = 20, .fixes_per_point = 2, .scatter = true, .published = false, .board = {.shots = 0}});
 }

@@ -21,7 +21,7 @@ struct Arguments {
     std::uint64_t seed = 1;
     int seeds = 3;
     double tilt_deg = 0;
-    int board_shots = usual_board_shots;
+    BoardPictures board;
 };
 
 /// Prints one paper's table.
@@ -54,7 +54,7 @@ int reproduce(Arguments arguments) {
     if (arguments.papers.empty()) arguments.papers = {"li2014", "kim2011", "chou1986"};
     arguments.li2014.seed = arguments.kim2011.seed = arguments.chou1986.seed = arguments.seed;
     arguments.li2014.seeds = arguments.kim2011.seeds = arguments.chou1986.seeds = arguments.seeds;
-    arguments.li2014.board_shots = arguments.kim2011.board_shots = arguments.chou1986.board_shots = arguments.board_shots;
+    arguments.li2014.board = arguments.kim2011.board = arguments.chou1986.board = arguments.board;
     arguments.kim2011.tilt = radians(arguments.tilt_deg);
     for (const std::string& paper : arguments.papers) {
         if (const auto done_one = reproduce_paper(paper, arguments); !done_one) {
@@ -76,10 +76,11 @@ void add_reproduce(CLI::App& app, int& exit_code) {
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
     command
-        ->add_option("--board-shots", arguments->board_shots,
+        ->add_option("--board-shots", arguments->board.shots,
                      "rendered pictures of a board from which each lens is calibrated, before floor and mount are; 0: the true lens")
         ->capture_default_str()
         ->check(CLI::Range(0, 1000));
+    command->add_flag("--flat-board", arguments->board.flat, "the board is printed exactly and flat instead of glued as people do it");
     command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")
         ->capture_default_str()
         ->check(CLI::Range(1, 10000));

@@ -40,7 +40,7 @@ TEST(Li2014, TheRecomputedErrorsAreThoseOfTheTablesCoordinates) {
 
 // A smaller version of the accuracy figures; the whole is in `./dev bench`. Seeds of their own.
 TEST(Li2014, AHiddenRobotIsFoundOrTheCovarianceSaysSo) {
-    const auto report = run_li2014({.seed = 311, .seeds = 1, .hidden = 0.3, .published = false, .board_shots = 0});
+    const auto report = run_li2014({.seed = 311, .seeds = 1, .hidden = 0.3, .published = false, .board = {.shots = 0}});
     ASSERT_TRUE(report) << report.error().message;
     EXPECT_LE(report->lost(), 1);
     const Summary ours = summarise(report->position_errors());
@@ -52,7 +52,7 @@ TEST(Li2014, AHiddenRobotIsFoundOrTheCovarianceSaysSo) {
 }
 
 TEST(Li2014, OursIsAnOrderOfMagnitudeBetterAndSaysHowGoodItIs) {
-    const auto report = run_li2014({.seed = 301, .seeds = 2, .fixes_per_point = 2, .board_shots = 0});
+    const auto report = run_li2014({.seed = 301, .seeds = 2, .fixes_per_point = 2, .board = {.shots = 0}});
     ASSERT_TRUE(report) << report.error().message;
     EXPECT_EQ(report->lost(), 0);
     const Summary ours = summarise(report->position_errors());
@@ -73,7 +73,7 @@ TEST(Li2014, OursIsAnOrderOfMagnitudeBetterAndSaysHowGoodItIs) {
 
 // Smaller versions of `./dev bench`, with seeds of their own.
 TEST(Kim2011, OursIsNearTheBoundAndSaysHowGoodItIs) {
-    const auto report = run_kim2011({.seed = 501, .seeds = 1, .samples = 20, .board_shots = 0});
+    const auto report = run_kim2011({.seed = 501, .seeds = 1, .samples = 20, .board = {.shots = 0}});
     ASSERT_TRUE(report) << report.error().message;
     EXPECT_EQ(report->lost(), 0);
     EXPECT_LT(report->ours_rmse(), 0.0010) << "m";
@@ -90,12 +90,12 @@ TEST(Kim2011, OursIsNearTheBoundAndSaysHowGoodItIs) {
 }
 
 TEST(Kim2011, ATiltedMountIsCalibratedAndLateRangesDoNotMatter) {
-    const auto tilted = run_kim2011({.seed = 511, .seeds = 2, .samples = 4, .tilt = radians(0.5), .baselines = false, .board_shots = 0});
+    const auto tilted = run_kim2011({.seed = 511, .seeds = 2, .samples = 4, .tilt = radians(0.5), .baselines = false, .board = {.shots = 0}});
     ASSERT_TRUE(tilted) << tilted.error().message;
     EXPECT_EQ(tilted->lost(), 0);
     EXPECT_LT(tilted->ours_rmse(), 0.002) << "m; an uncalibrated tilt of half a degree would be 2.4 cm";
-    const auto straight = run_kim2011({.seed = 521, .seeds = 1, .samples = 4, .baselines = false, .board_shots = 0});
-    const auto late = run_kim2011({.seed = 521, .seeds = 1, .samples = 4, .late = 0.3, .baselines = false, .board_shots = 0});
+    const auto straight = run_kim2011({.seed = 521, .seeds = 1, .samples = 4, .baselines = false, .board = {.shots = 0}});
+    const auto late = run_kim2011({.seed = 521, .seeds = 1, .samples = 4, .late = 0.3, .baselines = false, .board = {.shots = 0}});
     ASSERT_TRUE(straight && late);
     EXPECT_NEAR(late->ours_rmse() / straight->ours_rmse(), 1, 0.1);
 }
@@ -108,7 +108,7 @@ TEST(Kim2011, LampsNeitherHideALandmarkNorMakeOne) {
 }
 
 TEST(Chou1986Experiment, OursComesNearTheBoundAndSaysHowWellItKnows) {
-    const auto report = run_chou1986({.seed = 611, .board_shots = 0});
+    const auto report = run_chou1986({.seed = 611, .board = {.shots = 0}});
     ASSERT_TRUE(report) << report.error().message;
     EXPECT_EQ(report->lost(), 0);
     // ./dev bench shows the figures of docs/chou1986.md at ten times the length; here with room for one run in 1000.
@@ -124,16 +124,16 @@ TEST(Chou1986Experiment, OursComesNearTheBoundAndSaysHowWellItKnows) {
 // The goals of the papers' pages hold with lenses that were calibrated from rendered pictures of a board, and poses and mounts that were found with them.
 TEST(Reproduce, StartsFromCalibrationPictures) {
     constexpr int shots = 25;
-    const auto li = run_li2014({.seed = 321, .seeds = 1, .published = false, .board_shots = shots});
+    const auto li = run_li2014({.seed = 321, .seeds = 1, .published = false, .board = {.shots = shots}});
     ASSERT_TRUE(li) << li.error().message;
     EXPECT_EQ(li->lost(), 0);
     EXPECT_LT(summarise(li->position_errors()).mean, 0.015);
-    const auto kim = run_kim2011({.seed = 541, .seeds = 1, .samples = 4, .baselines = false, .board_shots = shots});
+    const auto kim = run_kim2011({.seed = 541, .seeds = 1, .samples = 4, .baselines = false, .board = {.shots = shots}});
     ASSERT_TRUE(kim) << kim.error().message;
     EXPECT_EQ(kim->lost(), 0);
     EXPECT_LT(kim->ours_rmse(), 0.002);
     EXPECT_LT(kim->mean_nees(), 12) << "one calibration decides";
-    const auto chou = run_chou1986({.seed = 621, .published = false, .board_shots = shots});
+    const auto chou = run_chou1986({.seed = 621, .published = false, .board = {.shots = shots}});
     ASSERT_TRUE(chou) << chou.error().message;
     EXPECT_EQ(chou->lost(), 0);
     EXPECT_LT(chou->mean_error(), 0.0008);

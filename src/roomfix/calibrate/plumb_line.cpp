@@ -159,7 +159,7 @@ private:
         Vector gradient = Vector::Zero();
         double squares = 0;
     };
-    /// An edge's bow and S: how far off, and the part of its variance that is the points' and, negative for used edges, the lens's. px, px^2
+    /// An edge's bow and S: px, and the part of their variances (px^2) that the points and the lens leave. The lens has followed edges that are used.
     struct Bend {
         std::array<double, EdgeShape::bends> off, variance;
     };
@@ -200,15 +200,14 @@ private:
         for (std::size_t k = 0; k < bend.off.size(); ++k) {
             const int order = EdgeShape::bow + static_cast<int>(k);
             const double by_lens = by.row(order).dot(lens * by.row(order).transpose());
+            const double own = shapes_[i].variance(order) * noise_.point;
             bend.off[k] = off[order];
-            bend.variance[k] = shapes_[i].variance(order) * noise_.point + (edges_[i].used ? -by_lens : by_lens);
+            bend.variance[k] = std::max(own + (edges_[i].used ? -by_lens : by_lens), 0.1 * own);
         }
         return bend;
     }
 
-    double normalised(const Bend& bend, std::size_t k, double bend_variance) const {
-        return bend.off[k] * bend.off[k] / std::max(bend.variance[k] + bend_variance, 0.1 * noise_.point);
-    }
+    static double normalised(const Bend& bend, std::size_t k, double bend_variance) { return bend.off[k] * bend.off[k] / (bend.variance[k] + bend_variance); }
 
     /// The variance with which bends of used edges are as large as they should be; single wild ones do not lead.
     void learn_bend() {

@@ -76,9 +76,9 @@ struct KnownLens {
     CameraModel model;
     IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();
 };
-Result<KnownLens> known_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int board_shots) {
-    if (board_shots == 0) return KnownLens{truth};
-    const auto lens = photographed_lens(truth, sensor, seed, board_shots);
+Result<KnownLens> known_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, const BoardPictures& board) {
+    if (board.shots == 0) return KnownLens{truth};
+    const auto lens = photographed_lens(truth, sensor, seed, board);
     if (!lens) return lens.error();
     return KnownLens{lens->model, lens->covariance};
 }
@@ -98,7 +98,7 @@ Result<Chou1986Report> run_chou1986(const Chou1986Options& options, const std::f
         const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(s);
         Random random(seed * 7919 + 3);
         RoomRenderer renderer(model, sensor, glare, seed);
-        const auto lens = known_lens(model, sensor, seed, options.board_shots);
+        const auto lens = known_lens(model, sensor, seed, options.board);
         if (!lens) return lens.error();
         CornerObserver observer(lens->model, {right_angle});
         const Chou1986 published(lens->model);

@@ -16,9 +16,9 @@ namespace roomfix {
 
 struct Chou1986Options {
     std::uint64_t seed = 1;
-    int seeds = 1;                        // each with its own rooms, looks and noise
-    bool published = true;                // the published method, too
-    int board_shots = usual_board_shots;  // pictures of a board from which the lens is calibrated; 0: it is known exactly
+    int seeds = 1;          // each with its own rooms, looks and noise
+    bool published = true;  // the published method, too
+    BoardPictures board;    // from which the lens is calibrated; 0 shots: it is known exactly
 };
 
 struct Chou1986Trial {

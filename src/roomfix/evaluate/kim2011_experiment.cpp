@@ -98,8 +98,8 @@ Eigen::Matrix3d camera_part(const CameraOnRobot& camera, const SiteLandmark& lan
 Result<void> calibrate(const Kim2011Options& options, std::uint64_t seed, SiteCamera& camera, Kim2011Report& report) {
     const Scenario spin = kim2011_spin_scenario(seed, options.tilt);
     const ScenarioUpCamera& truth = spin.up_cameras[0];
-    if (options.board_shots > 0) {
-        const auto lens = photographed_lens(truth.truth.model, truth.sensor, seed, options.board_shots);
+    if (options.board.shots > 0) {
+        const auto lens = photographed_lens(truth.truth.model, truth.sensor, seed, options.board);
         if (!lens) return lens.error();
         camera.model = lens->model;
         camera.intrinsics_covariance = lens->covariance;

@@ -20,9 +20,9 @@ struct Kim2011Options {
     double late = 0;        // part of the ranges that come around a corner
     bool lamp = true;       // a lit tube over the room
     bool baselines = true;  // the published method and trilateration, too
-    // Pictures of a board from which the lens is calibrated, before the mount is from a turn on the spot; 0: the lens is known exactly, and the
-    // mount, too, if it is level.
-    int board_shots = usual_board_shots;
+    // From which the lens is calibrated, before the mount is from a turn on the spot; 0 shots: the lens is known exactly, and the mount, too,
+    // if it is level.
+    BoardPictures board;
 };
 
 struct Kim2011Trial {

@@ -50,13 +50,13 @@ Result<Station> make_station(const Scenario& scenario, std::size_t index, const 
 }
 
 /// The scenario with cameras that their user calibrated.
-Result<Scenario> calibrated_scenario(std::uint64_t seed, int board_shots) {
+Result<Scenario> calibrated_scenario(std::uint64_t seed, const BoardPictures& board) {
     Scenario scenario = li2014_scenario(seed);
-    if (board_shots == 0) return scenario;
+    if (board.shots == 0) return scenario;
     for (std::size_t i = 0; i < scenario.cameras.size(); ++i) {
         const ScenarioCamera& truth = scenario.cameras[i];
         SiteCamera& known = scenario.site.cameras[i];
-        const auto lens = photographed_lens(truth.truth.model, truth.sensor, seed * 11 + i, board_shots);
+        const auto lens = photographed_lens(truth.truth.model, truth.sensor, seed * 11 + i, board);
         if (!lens) return Error{fmt::format("the lens of {}: {}", truth.id, lens.error().message)};
         known.model = lens->model;
         known.intrinsics_covariance = lens->covariance;
@@ -160,7 +160,7 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
     const double total = static_cast<double>(points.size()) * options.seeds * options.fixes_per_point;
     for (int s = 0; s < options.seeds; ++s) {
         const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(s);
-        const auto calibrated = calibrated_scenario(seed, options.board_shots);
+        const auto calibrated = calibrated_scenario(seed, options.board);
         if (!calibrated) return calibrated.error();
         const Scenario& scenario = *calibrated;
         Random random(seed * 7919 + 5);

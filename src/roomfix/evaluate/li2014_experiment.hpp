@@ -22,9 +22,9 @@ struct Li2014Options {
     double light = 1;         // light of the frames against the background's
     bool scatter = false;     // place the robot anywhere within 0.4 m of the test points instead of on them
     bool published = true;    // run the published method too
-    // Pictures of a board from which each camera's lens is calibrated, before its pose is from the floor's joints; 0: the lens is known
-    // exactly, and the pose is from clicked floor points.
-    int board_shots = usual_board_shots;
+    // From which each camera's lens is calibrated, before its pose is from the floor's joints; 0 shots: the lens is known exactly, and the
+    // pose is from clicked floor points.
+    BoardPictures board;
 };
 
 /// One fix of one test point.

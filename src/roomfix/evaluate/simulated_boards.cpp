@@ -12,27 +12,66 @@
 namespace roomfix {
 namespace {
 
-/// By how much a place of a board is off the even and flat one, m; between corners bilinear, outside of them as the nearest four say.
+/// Weights of four values, one step apart, at `x` (0 to 1) between the middle two: a cubic through these that has no kinks (Catmull and Rom 1974).
+Eigen::Vector4d smooth_weights(double x) {
+    return 0.5 * Eigen::Vector4d(((2 - x) * x - 1) * x, (3 * x - 5) * x * x + 2, ((4 - 3 * x) * x + 1) * x, (x - 1) * x * x);
+}
+
+/// By how much a place of a board is off the even and flat one, m. Smooth between the corners: paper has no kinks there. Tabulated.
 class BoardError {
 public:
-    explicit BoardError(const PrintedBoard& board) : nominal_(board.nominal) {
-        for (int i = 0; i < board.nominal.corners(); ++i) {
-            const Eigen::Vector2d flat = board.nominal.corner(i);
-            at_corners_.emplace_back(board.corner(i) - Eigen::Vector3d(flat.x(), flat.y(), 0));
+    explicit BoardError(const PrintedBoard& board) : square_(board.nominal.square), columns_(board.nominal.columns), rows_(board.nominal.rows) {
+        for (int row = 0; row <= fine * (rows_ + 2 * margin); ++row) {
+            for (int column = 0; column <= fine * (columns_ + 2 * margin); ++column) {
+                table_.push_back(between_corners(board, static_cast<double>(column) / fine - margin, static_cast<double>(row) / fine - margin));
+            }
         }
     }
     Eigen::Vector3d operator()(const Eigen::Vector2d& place) const {
-        const double u = place.x() / nominal_.square, v = place.y() / nominal_.square;
-        const auto cell = [](double at, int corners) { return std::clamp(static_cast<int>(std::floor(at)), 0, corners - 2); };
-        const int column = cell(u, nominal_.columns), row = cell(v, nominal_.rows);
-        const auto corner = [&](int right, int down) { return at_corners_[static_cast<std::size_t>((row + down) * nominal_.columns + column + right)]; };
+        const auto in_table = [&](double at, int corners) { return std::clamp(fine * (at / square_ + margin), 0.0, fine * (corners + 2 * margin) - 1.0); };
+        const double u = in_table(place.x(), columns_), v = in_table(place.y(), rows_);
+        const int column = static_cast<int>(u), row = static_cast<int>(v), stride = fine * (columns_ + 2 * margin) + 1;
+        const auto at = [&](int right, int down) { return table_[static_cast<std::size_t>((row + down) * stride + column + right)]; };
         const double x = u - column, y = v - row;
-        return (1 - y) * ((1 - x) * corner(0, 0) + x * corner(1, 0)) + y * ((1 - x) * corner(0, 1) + x * corner(1, 1));
+        return (1 - y) * ((1 - x) * at(0, 0) + x * at(1, 0)) + y * ((1 - x) * at(0, 1) + x * at(1, 1));
     }
 
 private:
-    Chessboard nominal_;
-    std::vector<Eigen::Vector3d> at_corners_;
+    static constexpr int fine = 8;    // places for each square
+    static constexpr int margin = 2;  // squares around the outer corners
+
+    /// At a place in squares from the first corner.
+    static Eigen::Vector3d between_corners(const PrintedBoard& board, double u, double v) {
+        const int column = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
+        const Eigen::Vector4d across = smooth_weights(u - column), down = smooth_weights(v - row);
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (int j = 0; j < 4; ++j) {
+            for (int i = 0; i < 4; ++i) sum += across[i] * down[j] * at_corner(board, column + i - 1, row + j - 1);
+        }
+        return sum;
+    }
+    /// Outside of the board it goes on as its last two corners say.
+    static Eigen::Vector3d at_corner(const PrintedBoard& board, int column, int row) {
+        const Chessboard& nominal = board.nominal;
+        const int last_column = nominal.columns - 1, last_row = nominal.rows - 1;
+        if (column < 0) return at_corner(board, 0, row) + column * (at_corner(board, 1, row) - at_corner(board, 0, row));
+        if (column > last_column) {
+            const Eigen::Vector3d last = at_corner(board, last_column, row);
+            return last + (column - last_column) * (last - at_corner(board, last_column - 1, row));
+        }
+        if (row < 0) return at_corner(board, column, 0) + row * (at_corner(board, column, 1) - at_corner(board, column, 0));
+        if (row > last_row) {
+            const Eigen::Vector3d last = at_corner(board, column, last_row);
+            return last + (row - last_row) * (last - at_corner(board, column, last_row - 1));
+        }
+        const int number = row * nominal.columns + column;
+        const Eigen::Vector2d flat = nominal.corner(number);
+        return board.corner(number) - Eigen::Vector3d(flat.x(), flat.y(), 0);
+    }
+
+    double square_;
+    int columns_, rows_;
+    std::vector<Eigen::Vector3d> table_;
 };
 
 }  // namespace

@@ -33,15 +33,15 @@ std::optional<MountFrame> seen_from(const CameraOnRobot& truth, const Pose2& pos
 
 }  // namespace
 
-Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots) {
+Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, const BoardPictures& pictures) {
     Random random(seed * 6151 + 17);
-    PlanePictures pictures(truth, sensor, seed);
+    PlanePictures camera(truth, sensor, seed);
     const FlatPattern pattern = pattern_of(printed_board);
-    const PrintedBoard board = glued_board(printed_board, random);
+    const PrintedBoard board = pictures.flat ? PrintedBoard(printed_board) : glued_board(printed_board, random);
     std::vector<BoardShot> seen;
     LumaImage picture;
-    for (const Eigen::Isometry3d& pose : board_poses(truth, printed_board.corner(printed_board.corners() - 1), shots, random)) {
-        photograph(pictures, pattern, held_board(board, usual_held_bend, random), pose, seen.size(), picture);
+    for (const Eigen::Isometry3d& pose : board_poses(truth, printed_board.corner(printed_board.corners() - 1), pictures.shots, random)) {
+        photograph(camera, pattern, held_board(board, pictures.flat ? 0 : usual_held_bend, random), pose, seen.size(), picture);
         seen.push_back(find_chessboard(picture, printed_board, std::to_string(seen.size())));
     }
     return calibrate_lens(std::move(seen), truth.width, truth.height, printed_board, {.kind = truth.kind});

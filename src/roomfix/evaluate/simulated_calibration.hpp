@@ -11,11 +11,14 @@
 
 namespace roomfix {
 
-/// Pictures of the board, if nobody says how many.
-constexpr int usual_board_shots = 60;
+/// The pictures from which an experiment calibrates its lenses.
+struct BoardPictures {
+    int shots = 60;
+    bool flat = false;  // printed exactly and flat; otherwise as people make boards and hold them
+};
 
-/// The lens from rendered pictures of a glued board that somebody holds before the camera.
-Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, int shots);
+/// The lens from rendered pictures of a board before the camera.
+Result<LensCalibration> photographed_lens(const CameraModel& truth, const SensorModel& sensor, std::uint64_t seed, const BoardPictures& pictures);
 
 /// A fixed camera's pose from the joints of the rendered floor, starting from floor points that somebody clicked. `known`: the camera as
 /// its user describes it, with those points; its lens may be known or not.
