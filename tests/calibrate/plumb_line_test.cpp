@@ -126,6 +126,8 @@ TEST(PlumbLine, AnEdgeInSeveralPicturesCountsOnce) {
 TEST(PlumbLine, SaysWhatIsMissing) {
     const CameraModel start = make_camera_model(640, 480, 420, 420, 319.5, 239.5);
     EXPECT_NE(straighten({}, start).error().message.find("0 long edges"), std::string::npos);
+    const std::vector<LongEdge> stubs(20, LongEdge{{{1, 2}, {3, 4}, {5, 6}}});
+    EXPECT_NE(straighten(stubs, start).error().message.find("0 long edges"), std::string::npos);
     std::vector<LongEdge> middle;  // all through the middle: they are straight for any lens
     for (int i = 0; i < 20; ++i) {
         LongEdge edge;

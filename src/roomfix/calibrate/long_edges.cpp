@@ -122,7 +122,8 @@ std::vector<LongEdge> long_edges(LumaView picture, std::size_t number, const Lon
             edge.points.push_back(place_of(points[i]));
             map.take_beside(points[i], taken);
         }
-        if (edge.points.size() < 12 || length_of(edge) < settings.least_length * picture.width || turn_of(edge) > settings.largest_turn) continue;
+        if (edge.points.size() < least_edge_points || length_of(edge) < settings.least_length * picture.width || turn_of(edge) > settings.largest_turn)
+            continue;
         edges.push_back(std::move(edge));
     }
     return edges;

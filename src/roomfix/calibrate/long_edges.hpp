@@ -14,6 +14,8 @@ struct LongEdgeSettings {
     double largest_turn = 0.5;   // rad along an edge: more is no straight edge behind any lens
 };
 
+constexpr std::size_t least_edge_points = 12;
+
 /// An edge that was followed through a picture, px.
 struct LongEdge {
     std::vector<Eigen::Vector2d> points;  // in their order

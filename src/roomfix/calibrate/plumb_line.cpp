@@ -289,16 +289,18 @@ Result<PlumbLine> straighten(std::vector<LongEdge> all, const CameraModel& start
     if (start.kind != Distortion::plumb_bob) {
         return Error{fmt::format("the camera's lens is of the kind {}: straight lines are made straight for plumb_bob only; use a board", name_of(start.kind))};
     }
+    std::erase_if(all, [](const LongEdge& e) { return e.points.size() < least_edge_points; });
     PlumbLine result;
     result.edges = without_repeats(std::move(all));
     std::vector<LongEdge>& edges = result.edges;
     if (edges.size() < settings.least_lines) return too_few(edges.size());
     const Prior prior(start, settings);
     StraightLens lens(first_lens(make_camera_model(start.width, start.height, start.fx, start.fy, start.cx, start.cy), edges), edges, prior, settings.outlier);
-    for (int round = 0; round < 20; ++round) {
+    constexpr int rounds = 20;
+    for (int round = 0; round < rounds; ++round) {
         if (count_used(edges) < settings.least_lines) return too_few(count_used(edges));
         lens.minimise();
-        if (!lens.look_again()) break;
+        if (round + 1 == rounds || !lens.look_again()) break;
     }
     result.model = lens.model();
     const Matrix covariance = lens.covariance();

@@ -24,6 +24,7 @@ class EdgeShape {
 public:
     static constexpr int bow = 2, bends = 2;  // the first order, and how many
 
+    /// Of an edge with least_edge_points or more, not all at one place.
     explicit EdgeShape(const LongEdge& edge);
 
     int orders() const { return static_cast<int>(basis_.cols()); }
