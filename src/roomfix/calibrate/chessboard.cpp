@@ -7,6 +7,7 @@
 #include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "roomfix/base/number.hpp"
 #include "roomfix/calibrate/charuco.hpp"
@@ -50,25 +51,18 @@ bool detect(LumaView picture, const Chessboard& board, std::vector<cv::Point2f>&
                                      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
 }
 
-/// Root mean square distance between the corners that two shots share, or a large one where they share few; a board that was turned half
-/// around counts as the same.
+/// Root mean square distance between the corners that two shots share, or a large one where they share few; of all ways to count them.
 double distance(const BoardShot& a, const BoardShot& b, const Chessboard& board) {
-    const auto pixels = [&](const BoardShot& shot, bool turned) {
-        std::map<int, Eigen::Vector2d> by_number;
-        for (std::size_t i = 0; i < shot.corners.size(); ++i) {
-            by_number[turned ? board.corners() - 1 - shot.number(i) : shot.number(i)] = shot.corners[i];
-        }
-        return by_number;
-    };
-    const auto own = pixels(a, false);
+    std::map<int, Eigen::Vector2d> own;
+    for (std::size_t i = 0; i < a.corners.size(); ++i) own[a.number(i)] = a.corners[i];
     double least = 1e300;
-    for (const bool turned : {false, true}) {
+    for (int quarters = 0; quarters < 4; quarters += quarter_turns_alike(board)) {
         double squares = 0;
         std::size_t shared = 0;
-        for (const auto& [number, pixel] : pixels(b, turned)) {
-            const auto same = own.find(number);
+        for (std::size_t i = 0; i < b.corners.size(); ++i) {
+            const auto same = own.find(turned_number(board, b.number(i), quarters));
             if (same == own.end()) continue;
-            squares += (same->second - pixel).squaredNorm();
+            squares += (same->second - b.corners[i]).squaredNorm();
             ++shared;
         }
         if (10 * shared >= 9 * std::min(a.corners.size(), b.corners.size())) least = std::min(least, std::sqrt(squares / static_cast<double>(shared)));
@@ -153,6 +147,23 @@ double median(std::vector<double> values) {
 }
 
 }  // namespace
+
+int quarter_turns_alike(const Chessboard& board) {
+    if (board.markers || (board.columns + board.rows) % 2 != 0) return 4;
+    return board.columns == board.rows ? 1 : 2;
+}
+
+int turned_number(const Chessboard& board, int number, int quarters) {
+    int column = number % board.columns, row = number / board.columns;
+    int columns = board.columns, rows = board.rows;
+    for (int i = 0; i < quarters; ++i) {
+        const int before = column;
+        column = rows - 1 - row;
+        row = before;
+        std::swap(columns, rows);
+    }
+    return row * columns + column;
+}
 
 BoardShot find_board(LumaView picture, const Chessboard& board, const std::string& name) {
     return board.markers ? find_charuco(picture, board, name) : find_chessboard(picture, board, name);

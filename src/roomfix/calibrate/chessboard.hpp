@@ -29,6 +29,12 @@ struct Chessboard {
     Eigen::Vector2d corner(int number) const { return {square * (number % columns), square * (number / columns)}; }
 };
 
+/// Quarter turns after which a board looks as it did: 1 if it has as many columns as rows, 2 if both are odd or both even, 4 (a whole turn) for others
+/// and for boards with markers.
+int quarter_turns_alike(const Chessboard& board);
+/// Number of the corner in whose place this one is after so many quarter turns, of which the board has a whole number of quarter_turns_alike().
+int turned_number(const Chessboard& board, int number, int quarters);
+
 /// One picture of a board.
 struct BoardShot {
     std::string name;

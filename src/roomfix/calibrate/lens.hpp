@@ -37,11 +37,11 @@ struct LensCalibration {
     int used() const;
 };
 
-/// Starts from OpenCV's solution (a fisheye from the best of many focal lengths) and goes on to the least squares of our own models, with
-/// the board as it was printed and all its poses estimated along; the covariance is that of all corners; of a board that
-/// was taken as exact, with how exact the same shots show it to be. The rational lens has a weak prior on its numbers,
-/// which only their quotient fixes. Shots that contradict the others are refused, too. Errors: no board in any shot, too few good shots, shots that do not fix
-/// the focal length.
+/// Starts from the best of many focal lengths and goes on to the least squares of our own models, with
+/// the board as it was printed and all its poses estimated along, a board that looks the same when it is turned counted the way up that its print shows; the
+/// covariance is that of all corners; of a board that was taken as exact, with how exact the same shots show it to be. The rational lens has a weak prior on
+/// its numbers, which only their quotient fixes. Shots that contradict the others are refused, too. Errors: no board in any shot, too few good shots, shots
+/// that do not fix the focal length.
 Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, int height, const Chessboard& board, const LensSettings& settings = {});
 
 /// Standard deviation (px, both coordinates together) of where a ray is imaged, once the camera's direction has been found with these

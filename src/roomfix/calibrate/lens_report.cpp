@@ -168,6 +168,28 @@ bool board_matters(const LensCalibration& lens) {
     return 2 * lens.focal_sigma_by_board * lens.focal_sigma_by_board > std::min(lens.covariance(0, 0), lens.covariance(1, 1));
 }
 
+/// All boards about the same way up: an uneven print then looks like another image centre.
+bool one_way_up(const LensCalibration& lens) {
+    constexpr double alike = 0.7;  // all within some 45 degrees
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (std::size_t i = 0; i < lens.shots.size(); ++i) {
+        if (lens.shots[i].refused.empty()) sum += lens.camera_from_board[i].linear().col(0).head<2>().normalized();
+    }
+    return !lens.exact_board && sum.norm() > alike * lens.used();
+}
+
+/// What other shots would make better.
+std::vector<std::string> advice(const LensCalibration& lens) {
+    std::vector<std::string> texts;
+    if (lens.coverage < 0.7)
+        texts.emplace_back("the board was not everywhere in the picture: the expected error is large where it was not; take shots there, too");
+    if (one_way_up(lens)) {
+        texts.emplace_back(
+            "the board was the same way up in all shots: held upside down in half of them, they would tell the image centre about twice as well");
+    }
+    return texts;
+}
+
 }  // namespace
 
 std::string text_of(const LensCalibration& lens) {
@@ -201,12 +223,14 @@ std::string text_of(const LensCalibration& lens) {
             "move?\n",
             std::sqrt(lens.disagreement));
     }
-    if (lens.coverage < 0.7) text += "the board was not everywhere in the picture: the expected error is large where it was not; take shots there, too\n";
+    for (const std::string& what : advice(lens)) text += what + '\n';
     return text;
 }
 
 std::string html_of(const LensCalibration& lens, const Chessboard& board, const std::string& title) {
     const ErrorMap map = error_map(lens);
+    std::string better;
+    for (const std::string& what : advice(lens)) better += fmt::format("<p>Better: {}.</p>\n", what);
     return fmt::format(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>"
         "body{{font:15px/1.5 system-ui,sans-serif;max-width:1040px;margin:2em auto;padding:0 1em;color:#222}}"
@@ -216,7 +240,7 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         "figcaption{{color:#555}}</style></head><body>\n<h1>{0}</h1>\n"
         "<p>{1} x {2} pixels, {3}. {4} of {5} shots used; rms {6:.3f} px per corner; the noise of a corner's coordinate is {7:.3f} px{17}. A ray is expected "
         "to be "
-        "off by {8:.3f} px on average and {9:.3f} px at worst.</p>\n<h2>Numbers</h2><table><tr><th></th><th>value</th><th>standard "
+        "off by {8:.3f} px on average and {9:.3f} px at worst.</p>\n{19}<h2>Numbers</h2><table><tr><th></th><th>value</th><th>standard "
         "deviation</th></tr>\n{10}</table>\n"
         "<h2>Pictures</h2><div class=\"pictures\"><figure>{11}<figcaption>Where corners were seen ({12:.0f} % of the picture); red: boards that are not "
         "used.</figcaption>"
@@ -236,7 +260,8 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
             ? ""
             : fmt::format("<figure>{}<figcaption>The board, measured along with the lens: lines show where corners were printed (rms {:.3f} mm), colours "
                           "how high they are (red) or low (blue; rms {:.3f} mm).</figcaption></figure>",
-                          board_picture(lens), 1000 * lens.board.print_error(), 1000 * lens.board.height()));
+                          board_picture(lens), 1000 * lens.board.print_error(), 1000 * lens.board.height()),
+        better);
 }
 
 }  // namespace roomfix

@@ -69,10 +69,11 @@ std::vector<Eigen::Isometry3d> board_poses(const CameraModel& camera, const Eige
         if (!ray) continue;
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
         const double towards = random.uniform(0, 2 * std::numbers::pi), tilt = radians(random.uniform(5, 45));
+        const double quarter_turns = std::floor(random.uniform(0, 4));
         // Tilted against the ray, not against the picture: a board is shown with its front.
         pose.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray->homogeneous()).toRotationMatrix() *
                         exponential_rotation(tilt * Eigen::Vector3d(std::cos(towards), std::sin(towards), 0)) *
-                        exponential_rotation(random.uniform(-0.5, 0.5) * Eigen::Vector3d::UnitZ());
+                        exponential_rotation((quarter_turns * std::numbers::pi / 2 + random.uniform(-0.5, 0.5)) * Eigen::Vector3d::UnitZ());
         pose.translation() = distance * ray->homogeneous() - pose.linear() * Eigen::Vector3d(size.x() / 2, size.y() / 2, 0);
         bool in_sight = true;
         const double margin = 0.12 * size.maxCoeff();

@@ -42,7 +42,7 @@ private:
     std::vector<float> light_;
 };
 
-/// How a person shows a board to a camera that has to be calibrated: near and far, everywhere in the picture, tilted in all directions, and
+/// How a person shows a board to a camera that has to be calibrated: near and far, everywhere in the picture, tilted in all directions, in quarter turns, and
 /// always wholly in sight. `size`: of the stretch between its outer corners, m.
 std::vector<Eigen::Isometry3d> board_poses(const CameraModel& camera, const Eigen::Vector2d& size, int count, Random& random);
 
