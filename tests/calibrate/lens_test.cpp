@@ -187,6 +187,24 @@ TEST(CalibrateLens, ABoardThatMovesMakesTheNumbersLessSure) {
     EXPECT_GT(moving, 3);
 }
 
+TEST(CalibrateLens, AFewShotsOfAMovingBoardDoLittleHarm) {
+    Random random(77);
+    const CameraModel camera = plain_camera();
+    double nees = 0;
+    constexpr int runs = 16;
+    for (int run = 0; run < runs; ++run) {
+        std::vector<BoardShot> shots = seen_boards(camera, glued_board(board, random), usual_held_bend, 14, 0.03, random);
+        for (std::size_t i = 0; i < shots.size(); i += 5) {
+            const Eigen::Vector2d speed(random.normal(0.001), random.normal(0.001));  // px per row
+            for (Eigen::Vector2d& corner : shots[i].corners) corner += speed * (corner.y() - 240);
+        }
+        const auto lens = calibrate_lens(shots, 640, 480, board, {.outlier = 100});
+        ASSERT_TRUE(lens) << lens.error().message;
+        nees += nees_of(*lens, camera) / 9 / runs;
+    }
+    EXPECT_LT(nees, 2) << "1.3 over many cameras; 3.2 if all shots counted alike and the stated errors were those of still boards";
+}
+
 TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {
     Random random(7);
     const auto shots = simulated_shots(plain_camera(), 12, 0.2, random);

@@ -94,6 +94,7 @@ bool settle(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, 
         if (!learned) return false;
         const double before = spread.noise;
         spread = exact_board ? exact_board_spread(learned->noise) : *learned;
+        if (!exact_board) learn_shot_noise(unknowns, fit, spread);
         auto again = fit_lens(unknowns, shots, spread);
         if (!again) return false;
         fit = std::move(*again);
@@ -115,7 +116,7 @@ void settle_turns(LensUnknowns& unknowns, const std::vector<BoardShot*>& used, L
         if (turns[i] == 0) continue;
         const auto pose = pose_of_board(unknowns.model, counted[i], board);
         if (!pose) return;
-        other.held[i] = {pose->camera_from_board};
+        other.held[i].camera_from_board = pose->camera_from_board;
     }
     std::vector<const BoardShot*> shots;
     for (const BoardShot& shot : counted) shots.push_back(&shot);
@@ -189,14 +190,15 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     }
     if (!settings.exact_board && quarter_turns_alike(board) < 4) settle_turns(unknowns, used, spread, *fit);
     const int count = unknowns.model.intrinsics_count();
-    double corners = 0;
+    double corners = 0, squares = 0;
     for (const BoardShot* shot : all) corners += static_cast<double>(shot->corners.size());
+    for (const ShotFit& shot : fit->shots) squares += shot.squares;
     result.model = unknowns.model;
     result.board = unknowns.board;
     result.exact_board = settings.exact_board;
-    result.rms = std::sqrt(fit->squares / corners);
+    result.rms = std::sqrt(squares / corners);
     result.sigma = spread.noise;
-    result.disagreement = disagreement(*fit, spread.noise, count);
+    result.disagreement = disagreement(unknowns, all, spread, *fit);
     auto covariance = result.covariance.topLeftCorner(count, count);
     covariance = result.disagreement * fit->covariance(spread.noise).topLeftCorner(count, count);
     if (settings.exact_board) {

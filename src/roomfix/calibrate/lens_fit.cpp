@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -16,6 +17,7 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
     ShotFit own;
     own.mixed.setZero(held_numbers, unknowns.shared());
     const Eigen::Matrix3d turn = held.camera_from_board.linear();
+    const double counts = 1 / held.noise;
     for (std::size_t i = 0; i < shot.corners.size(); ++i) {
         const int number = shot.number(i);
         const Eigen::Matrix<double, 3, smooth_numbers> by_shape = corner_by_shape(unknowns.board.nominal, number);
@@ -26,21 +28,22 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
         const auto pixel = project(unknowns.model, in_camera, &by_point, &by_intrinsics);
         if (!pixel) return false;
         fit.farthest = std::max(fit.farthest, in_camera.hnormalized().norm());
+        const Eigen::Vector2d residual = shot.corners[i] - *pixel, r = counts * residual;
+        by_point *= counts;
+        by_intrinsics *= counts;
         const Eigen::Matrix<double, 2, 3> by_offset = by_point * turn;
         Eigen::Matrix<double, 2, held_numbers> j;
         j << by_point, -by_point * skew(turned), by_offset * by_shape.leftCols<bend_numbers>();
         Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, most_intrinsics + smooth_numbers> k(2, smooth);
         k << by_intrinsics.leftCols(intrinsics), by_offset * by_shape;
-        const Eigen::Vector2d r = shot.corners[i] - *pixel;
         const int at = smooth + 3 * number;
         own.by_held += j.transpose() * j;
         own.mixed.leftCols(smooth) += j.transpose() * k;
         own.mixed.middleCols<3>(at) += j.transpose() * by_offset;
         own.held_gradient += j.transpose() * r;
-        own.by_intrinsics += by_intrinsics.transpose() * by_intrinsics;
-        own.gradient += by_intrinsics.transpose() * r;
-        own.residuals.push_back(r);
-        own.squares += r.squaredNorm();
+        own.residuals.push_back(residual);
+        own.squares += residual.squaredNorm();
+        fit.squares += r.squaredNorm();
         fit.information.topLeftCorner(smooth, smooth) += k.transpose() * k;
         fit.information.block(at, 0, 3, smooth) += by_offset.transpose() * k;
         fit.information.block(0, at, smooth, 3) += k.transpose() * by_offset;
@@ -55,7 +58,6 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
     const Eigen::LDLT<HeldMatrix> alone(own.by_held);
     fit.information -= own.mixed.transpose() * alone.solve(own.mixed);
     fit.gradient -= own.mixed.transpose() * alone.solve(own.held_gradient);
-    fit.squares += own.squares;
     fit.shots.push_back(std::move(own));
     return true;
 }
@@ -80,12 +82,17 @@ void add_prior(const LensUnknowns& unknowns, const LensSpread& spread, LensFit& 
     fit.information.diagonal() += fit.prior;
 }
 
-std::optional<LensFit> linearise(const LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread) {
+LensFit nothing_known(const LensUnknowns& unknowns) {
     const int count = unknowns.shared();
     LensFit fit;
     fit.information.setZero(count, count);
     fit.gradient.setZero(count);
     fit.prior.setZero(count);
+    return fit;
+}
+
+std::optional<LensFit> linearise(const LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread) {
+    LensFit fit = nothing_known(unknowns);
     for (std::size_t i = 0; i < shots.size(); ++i) {
         if (!add_shot(unknowns, unknowns.held[i], *shots[i], spread, fit)) return std::nullopt;
     }
@@ -208,24 +215,37 @@ std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const Len
     return learned;
 }
 
-double disagreement(const LensFit& fit, double noise, int intrinsics) {
-    constexpr double least = 1e-9;  // of the largest eigenvalue: less is no information
-    double squares = 0, numbers = 0;
-    const Eigen::VectorXd scale = fit.information.diagonal().head(intrinsics).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    for (const ShotFit& shot : fit.shots) {
-        const Eigen::LDLT<HeldMatrix> alone(shot.by_held);
-        const Eigen::MatrixXd mixed = shot.mixed.leftCols(intrinsics);
-        const Eigen::MatrixXd information = shot.by_intrinsics.topLeftCorner(intrinsics, intrinsics) - mixed.transpose() * alone.solve(mixed);
-        const Eigen::VectorXd gradient = shot.gradient.head(intrinsics) - mixed.transpose() * alone.solve(shot.held_gradient);
-        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scale.asDiagonal() * information * scale.asDiagonal());
-        const Eigen::VectorXd along = spectrum.eigenvectors().transpose() * (scale.asDiagonal() * gradient);
-        for (Eigen::Index i = 0; i < along.size(); ++i) {
-            if (spectrum.eigenvalues()[i] < least * spectrum.eigenvalues().maxCoeff()) continue;
-            squares += along[i] * along[i] / (spectrum.eigenvalues()[i] * noise * noise);
-            ++numbers;
-        }
+void learn_shot_noise(LensUnknowns& unknowns, const LensFit& fit, const LensSpread& spread) {
+    constexpr double usual = 20;  // coordinates, of the usual noise, that count beside a shot's own
+    double all = 0, own_squares = 0;
+    for (std::size_t i = 0; i < fit.shots.size(); ++i) {
+        all += 2 * static_cast<double>(fit.shots[i].residuals.size());
+        own_squares += fit.shots[i].squares / std::pow(unknowns.held[i].noise, 2);
     }
-    return numbers > intrinsics ? std::max(1.0, squares / (numbers - intrinsics)) : 1;
+    const double variance = spread.noise * spread.noise, free = own_squares / variance / all;  // part of a coordinate that no unknown has taken up
+    for (std::size_t i = 0; i < fit.shots.size(); ++i) {
+        const double count = free * 2 * static_cast<double>(fit.shots[i].residuals.size());
+        unknowns.held[i].noise = std::sqrt((usual + fit.shots[i].squares / variance) / (usual + count));
+    }
+}
+
+double disagreement(const LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread, const LensFit& fit) {
+    const int intrinsics = unknowns.model.intrinsics_count();
+    const Scaled all(fit.information);
+    const Eigen::MatrixXd columns = Eigen::MatrixXd::Identity(all.unit.rows(), intrinsics);
+    // Over the noise's variance.
+    const Eigen::MatrixXd covariance = all.unit.ldlt().solve(columns).topRows(intrinsics), weight = covariance.inverse();
+    double moved = 0, expected = 0;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+        LensFit own = nothing_known(unknowns);
+        add_shot(unknowns, unknowns.held[i], *shots[i], spread, own);
+        const Eigen::MatrixXd others = all.unit - all.scale.asDiagonal() * own.information * all.scale.asDiagonal();
+        const Eigen::MatrixXd by_gradient = others.ldlt().solve(columns);
+        const Eigen::VectorXd step = by_gradient.transpose() * (all.scale.asDiagonal() * own.gradient);
+        moved += step.dot(weight * step);
+        expected += (weight * (by_gradient.topRows(intrinsics) - covariance)).trace();
+    }
+    return std::max(1.0, moved / (expected * spread.noise * spread.noise));
 }
 
 }  // namespace roomfix

@@ -12,10 +12,11 @@ namespace roomfix {
 
 constexpr int bend_numbers = 3;  // the first of a SmoothShape
 
-/// How the board was held in a shot: where, and how much more it was bent than on average.
+/// How the board was held in a shot: where, how much more it was bent than on average, and how still: the noise of its corners over the usual one.
 struct HeldBoard {
     Eigen::Isometry3d camera_from_board = Eigen::Isometry3d::Identity();
     Eigen::Vector3d bend = Eigen::Vector3d::Zero();
+    double noise = 1;
 };
 
 /// All that is estimated.
@@ -52,10 +53,8 @@ struct ShotFit {
     HeldMatrix by_held = HeldMatrix::Zero();                    // J^T J, with what is expected of bends
     Eigen::Matrix<double, held_numbers, Eigen::Dynamic> mixed;  // J^T K, K by what is shared
     HeldVector held_gradient = HeldVector::Zero();              // J^T r
-    IntrinsicsMatrix by_intrinsics = IntrinsicsMatrix::Zero();  // K^T K, of the intrinsics
-    IntrinsicsVector gradient = IntrinsicsVector::Zero();       // K^T r, of the intrinsics
     std::vector<Eigen::Vector2d> residuals;                     // px, seen - predicted
-    double squares = 0;
+    double squares = 0;                                         // px^2
 };
 
 /// What is known of all that is shared once all that shots have of their own is eliminated; in units of the corners' noise.
@@ -63,7 +62,7 @@ struct LensFit {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     Eigen::VectorXd prior;  // its part of the information's diagonal
-    double squares = 0;     // px^2
+    double squares = 0;     // px^2, each shot's over its HeldBoard's noise
     double prior_squares = 0;
     double farthest = 0;  // of all corners from the optical axis: tangent of the angle
     std::vector<ShotFit> shots;
@@ -79,8 +78,11 @@ std::optional<LensFit> fit_lens(LensUnknowns& unknowns, const std::vector<const 
 /// is measured than is unknown.
 std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const LensFit& fit, const LensSpread& spread);
 
-/// How much more the shots contradict each other about the intrinsics than the noise of their corners explains, as a factor of the
-/// covariance, 1 or more: a board or a camera that moves shifts many corners of a shot together.
-double disagreement(const LensFit& fit, double noise, int intrinsics);
+/// How still each board was held, by its residuals: shots of boards that move, or bend in ways of their own, count less. `spread`: as learned from this fit.
+void learn_shot_noise(LensUnknowns& unknowns, const LensFit& fit, const LensSpread& spread);
+
+/// How much more the intrinsics move when single shots are left out than the noise of their corners explains, as a factor of the covariance, 1 or more: a board
+/// that moves, or bends in ways of its own, shifts many corners of a shot together. (A jackknife, in one step: Quenouille 1956.)
+double disagreement(const LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread, const LensFit& fit);
 
 }  // namespace roomfix
