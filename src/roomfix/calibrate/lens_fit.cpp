@@ -9,7 +9,23 @@
 namespace roomfix {
 namespace {
 
+constexpr double usual_shift = 1e-4;  // m, of a board while a picture is read out
+constexpr double usual_turn = 4e-4;   // rad
 constexpr double rational_sigma = 1;  // of each of k1 to k6: their quotient is known better than they are
+
+/// What is expected of a shot's own numbers, as weights over the noise's: nothing of its pose.
+HeldVector held_weights(const LensSpread& spread) {
+    HeldVector sigma;
+    sigma << Vector6d::Zero(), Eigen::Vector3d::Constant(spread.held), Eigen::Vector3d::Constant(spread.shift), Eigen::Vector3d::Constant(spread.turn);
+    HeldVector weights = HeldVector::Zero();
+    weights.tail<held_numbers - 6>() = (spread.noise / sigma.tail<held_numbers - 6>().array()).square();
+    return weights;
+}
+HeldVector held_values(const HeldBoard& held) {
+    HeldVector values;
+    values << Vector6d::Zero(), held.bend, held.motion;
+    return values;
+}
 
 /// Adds a shot to `fit`: its own part, and what it says of all that is shared. False if a corner cannot be seen.
 bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardShot& shot, const LensSpread& spread, LensFit& fit) {
@@ -24,7 +40,9 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
         const Eigen::Vector3d turned = turn * (unknowns.board.corner(number) + by_shape.leftCols<bend_numbers>() * held.bend);
         ProjectionJacobian by_point;
         IntrinsicsJacobian by_intrinsics;
-        const Eigen::Vector3d in_camera = turned + held.camera_from_board.translation();
+        const double late = (shot.corners[i].y() + 0.5) / unknowns.model.height - 0.5;  // parts of the time from the first row to the last
+        const Eigen::Vector3d moved = held.motion.head<3>() + held.motion.tail<3>().cross(turned);
+        const Eigen::Vector3d in_camera = turned + held.camera_from_board.translation() + late * moved;
         const auto pixel = project(unknowns.model, in_camera, &by_point, &by_intrinsics);
         if (!pixel) return false;
         fit.farthest = std::max(fit.farthest, in_camera.hnormalized().norm());
@@ -32,8 +50,10 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
         by_point *= counts;
         by_intrinsics *= counts;
         const Eigen::Matrix<double, 2, 3> by_offset = by_point * turn;
+        Eigen::Matrix<double, 2, 6> by_pose;
+        by_pose << by_point, -by_point * skew(turned);
         Eigen::Matrix<double, 2, held_numbers> j;
-        j << by_point, -by_point * skew(turned), by_offset * by_shape.leftCols<bend_numbers>();
+        j << by_pose, by_offset * by_shape.leftCols<bend_numbers>(), late * by_pose;
         Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, most_intrinsics + smooth_numbers> k(2, smooth);
         k << by_intrinsics.leftCols(intrinsics), by_offset * by_shape;
         const int at = smooth + 3 * number;
@@ -51,10 +71,10 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
         fit.gradient.head(smooth) += k.transpose() * r;
         fit.gradient.segment<3>(at) += by_offset.transpose() * r;
     }
-    const double weight = std::pow(spread.noise / spread.held, 2);
-    own.by_held.diagonal().tail<bend_numbers>().array() += weight;
-    own.held_gradient.tail<bend_numbers>() -= weight * held.bend;
-    fit.prior_squares += weight * held.bend.squaredNorm();
+    const HeldVector weights = held_weights(spread), values = held_values(held);
+    own.by_held.diagonal() += weights;
+    own.held_gradient -= weights.cwiseProduct(values);
+    fit.prior_squares += weights.dot(values.cwiseAbs2());
     const Eigen::LDLT<HeldMatrix> alone(own.by_held);
     fit.information -= own.mixed.transpose() * alone.solve(own.mixed);
     fit.gradient -= own.mixed.transpose() * alone.solve(own.held_gradient);
@@ -126,7 +146,8 @@ LensUnknowns moved(const LensUnknowns& from, const LensFit& at, const Eigen::Vec
         const ShotFit& shot = at.shots[i];
         const HeldVector own = shot.by_held.ldlt().solve(shot.held_gradient - shot.mixed * step);
         to.held[i].camera_from_board = perturbed(from.held[i].camera_from_board, own.head<6>());
-        to.held[i].bend += own.tail<bend_numbers>();
+        to.held[i].bend += own.segment<bend_numbers>(6);
+        to.held[i].motion += own.tail<6>();
     }
     return to;
 }
@@ -147,13 +168,20 @@ bool has_pole(const CameraModel& model, double farthest) {
 }  // namespace
 
 LensSpread usual_spread(const Chessboard& board) {
-    // 0.05 and 0.1 mm of a square of 25 mm; 0.2 mm and 1 mm at the ends of 20 cm; printers feed paper more or less.
-    return {.noise = usual_noise, .print = 0.002 * board.square, .relief = 0.004 * board.square, .held = 0.002, .bend = 0.01, .stretch = 0.002};
+    // 0.05 and 0.1 mm of a square of 25 mm; 0.2 mm and 1 mm at the ends of 20 cm; printers feed paper more or less; a hand moves by some mm in a second.
+    return {.noise = usual_noise,
+            .print = 0.002 * board.square,
+            .relief = 0.004 * board.square,
+            .held = 0.002,
+            .bend = 0.01,
+            .stretch = 0.002,
+            .shift = usual_shift,
+            .turn = usual_turn};
 }
 
 LensSpread exact_board_spread(double noise) {
     constexpr double none = 1e-9;  // m, or as a part
-    return {.noise = noise, .print = none, .relief = none, .held = none, .bend = none, .stretch = none};
+    return {.noise = noise, .print = none, .relief = none, .held = none, .bend = none, .stretch = none, .shift = none, .turn = none};
 }
 
 Eigen::MatrixXd LensFit::covariance(double noise) const {
@@ -198,19 +226,23 @@ std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const Len
     learned.print = sigma(offsets.topRows<2>().squaredNorm(), of_corners.topRows(2).sum(), 1e-5 * square, 0.05 * square);
     learned.relief = sigma(offsets.row(2).squaredNorm(), of_corners.row(2).sum(), 1e-5 * square, 0.05 * square);
     double freedom = -determined.sum();
-    double bends = 0, bends_determined = 0;
-    const double weight = std::pow(spread.noise / spread.held, 2);
+    // A board that keeps still tells little of how boards move: what is usual counts, too.
+    constexpr double counts = 10;  // numbers
+    const HeldVector weights = held_weights(spread);
+    HeldVector squares = HeldVector::Zero(), numbers = HeldVector::Zero();
     for (std::size_t i = 0; i < fit.shots.size(); ++i) {
         const ShotFit& shot = fit.shots[i];
         const HeldMatrix alone = shot.by_held.inverse();
         const HeldMatrix all = alone + alone * shot.mixed * shared * shot.mixed.transpose() * alone;
-        const double of_bend = (1 - weight * all.diagonal().tail<bend_numbers>().array()).sum();
-        freedom += 2 * static_cast<double>(shot.residuals.size()) - 6 - of_bend;
-        bends += unknowns.held[i].bend.squaredNorm();
-        bends_determined += of_bend;
+        const HeldVector of_shot = 1 - weights.array() * all.diagonal().array();
+        freedom += 2 * static_cast<double>(shot.residuals.size()) - of_shot.sum();
+        squares += held_values(unknowns.held[i]).cwiseAbs2();
+        numbers += of_shot;
     }
     if (freedom < 1) return std::nullopt;
-    learned.held = sigma(bends, bends_determined, 1e-6, spread.bend);
+    learned.held = sigma(squares.segment<bend_numbers>(6).sum(), numbers.segment<bend_numbers>(6).sum(), 1e-6, spread.bend);
+    learned.shift = sigma(squares.segment<3>(9).sum() + counts * usual_shift * usual_shift, numbers.segment<3>(9).sum() + counts, 0, 0.01);
+    learned.turn = sigma(squares.tail<3>().sum() + counts * usual_turn * usual_turn, numbers.tail<3>().sum() + counts, 0, 0.05);
     learned.noise = std::max(std::sqrt(fit.squares / freedom), 1e-6);
     return learned;
 }

@@ -12,11 +12,12 @@ namespace roomfix {
 
 constexpr int bend_numbers = 3;  // the first of a SmoothShape
 
-/// How the board was held in a shot: where, how much more it was bent than on average, and how still: the noise of its corners over the usual one.
+/// How the board was held in a shot.
 struct HeldBoard {
-    Eigen::Isometry3d camera_from_board = Eigen::Isometry3d::Identity();
-    Eigen::Vector3d bend = Eigen::Vector3d::Zero();
-    double noise = 1;
+    Eigen::Isometry3d camera_from_board = Eigen::Isometry3d::Identity();  // when the middle row was exposed
+    Eigen::Vector3d bend = Eigen::Vector3d::Zero();                       // how much more it was bent than on average
+    Vector6d motion = Vector6d::Zero();  // from the first row to the last: shift, m, and turn, rad, in the frame of the camera (a rolling shutter)
+    double noise = 1;                    // of its corners over the usual one
 };
 
 /// All that is estimated.
@@ -37,14 +38,16 @@ struct LensSpread {
     double held;     // of each number of a HeldBoard's bend
     double bend;     // of a SmoothShape: of its first three numbers,
     double stretch;  // and of the last
+    double shift;    // m, of each number of a HeldBoard's motion:
+    double turn;     // rad
 };
 
 constexpr double usual_noise = 0.1;                // px
 LensSpread usual_spread(const Chessboard& board);  // before a board has been looked at: printed on paper, glued onto cardboard
 LensSpread exact_board_spread(double noise);       // a screen, or an engraved plate
 
-/// A shot's own numbers: those of its pose, then its bend.
-constexpr int held_numbers = 6 + bend_numbers;
+/// A shot's own numbers: those of its pose, its bend, its motion.
+constexpr int held_numbers = 6 + bend_numbers + 6;
 using HeldVector = Eigen::Matrix<double, held_numbers, 1>;
 using HeldMatrix = Eigen::Matrix<double, held_numbers, held_numbers>;
 
