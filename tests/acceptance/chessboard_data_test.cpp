@@ -169,7 +169,7 @@ TEST(ChessboardData, HalvesOfTheShotsContradictEachOtherLittleMoreThanTheySay) {
             ++count;
         }
     }
-    EXPECT_LT(nees / count, 2.3) << "six and seven shots each";
+    EXPECT_LT(nees / count, 1.9) << "six and seven shots each";
 }
 
 TEST(ChessboardData, EdgesOfTheRoomTellTheSameDistortion) {

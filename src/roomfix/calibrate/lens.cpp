@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "roomfix/calibrate/board_turns.hpp"
 #include "roomfix/calibrate/lens_fit.hpp"
@@ -85,66 +86,146 @@ BoardShot* outlier_among(std::vector<BoardShot*>& used, const LensFit& fit, doub
     return shot;
 }
 
+/// What was found, and how well.
+struct Estimate {
+    LensUnknowns unknowns;
+    LensSpread spread;
+    LensFit fit;
+};
+
 /// Learns how well the board is made and how still it was held, and fits again, until both agree. False where no more is measured than is unknown.
-bool settle(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, bool exact_board, LensSpread& spread, LensFit& fit) {
+bool settle(Estimate& found, const std::vector<const BoardShot*>& shots, bool exact_board) {
     constexpr int most_rounds = 12;
     constexpr double settled = 1e-3;  // of the noise
     for (int round = 0; round < most_rounds; ++round) {
-        const auto learned = learned_spread(unknowns, fit, spread);
+        const auto learned = learned_spread(found.unknowns, found.fit, found.spread);
         if (!learned) return false;
-        const double before = spread.noise;
-        spread = exact_board ? exact_board_spread(learned->noise) : *learned;
-        if (!exact_board) learn_shot_noise(unknowns, fit, spread);
-        auto again = fit_lens(unknowns, shots, spread);
+        const double before = found.spread.noise;
+        found.spread = exact_board ? exact_board_spread(learned->noise) : *learned;
+        if (!exact_board) learn_shot_noise(found.unknowns, found.fit, found.spread);
+        auto again = fit_lens(found.unknowns, shots, found.spread);
         if (!again) return false;
-        fit = std::move(*again);
-        if (round > 0 && std::abs(spread.noise - before) < settled * before) break;
+        found.fit = std::move(*again);
+        if (round > 0 && std::abs(found.spread.noise - before) < settled * before) break;
     }
     return true;
 }
 
+/// Begins with a board of which nothing is known yet. Nothing where no more is measured than is unknown.
+std::optional<Estimate> measured_anew(const LensUnknowns& start, const std::vector<const BoardShot*>& shots) {
+    Estimate found{start, usual_spread(start.board.nominal), {}};
+    auto fit = fit_lens(found.unknowns, shots, found.spread);
+    if (!fit) return std::nullopt;
+    found.fit = std::move(*fit);
+    if (!settle(found, shots, false)) return std::nullopt;
+    return found;
+}
+
 /// Where a board looks the same when it is turned, shots are counted so that its print agrees, if that leaves clearly less unexplained.
-void settle_turns(LensUnknowns& unknowns, const std::vector<BoardShot*>& used, LensSpread& spread, LensFit& fit) {
+void settle_turns(Estimate& found, const std::vector<BoardShot*>& used) {
     constexpr double clearly = 0.9;  // of the noise; turned at will, shots of noise alone lose 3 % of it
-    const Chessboard& board = unknowns.board.nominal;
-    const std::vector<const BoardShot*> all(used.begin(), used.end());
-    const std::vector<int> turns = turns_by_print(unknowns, fit, all);
-    LensUnknowns other = unknowns;
+    const Chessboard& board = found.unknowns.board.nominal;
+    const std::vector<int> turns = turns_by_print(found.unknowns, found.fit, {used.begin(), used.end()});
+    LensUnknowns start = found.unknowns;
     std::vector<BoardShot> counted;
     for (std::size_t i = 0; i < used.size(); ++i) {
         counted.push_back(counted_turned(*used[i], board, turns[i]));
         if (turns[i] == 0) continue;
-        const auto pose = pose_of_board(unknowns.model, counted[i], board);
+        const auto pose = pose_of_board(start.model, counted[i], board);
         if (!pose) return;
-        other.held[i].camera_from_board = pose->camera_from_board;
+        start.held[i].camera_from_board = pose->camera_from_board;
     }
     std::vector<const BoardShot*> shots;
     for (const BoardShot& shot : counted) shots.push_back(&shot);
-    LensSpread learned = usual_spread(board);
-    auto again = fit_lens(other, shots, learned);
-    if (!again || !settle(other, shots, false, learned, *again) || learned.noise > clearly * spread.noise) return;
-    for (std::size_t i = 0; i < used.size(); ++i) *used[i] = counted[i];
-    unknowns = std::move(other);
-    spread = learned;
-    fit = std::move(*again);
+    auto turned = measured_anew(start, shots);
+    if (!turned || turned->spread.noise > clearly * found.spread.noise) return;
+    for (std::size_t i = 0; i < used.size(); ++i) *used[i] = std::move(counted[i]);
+    found = std::move(*turned);
 }
 
 /// How far the intrinsics may be off because the board is not as exact as it was taken for: the same shots measure it, too.
-Eigen::MatrixXd errors_by_board(LensUnknowns unknowns, const std::vector<const BoardShot*>& shots, const LensFit& exact) {
-    const int count = unknowns.model.intrinsics_count(), numbers = unknowns.board.numbers();
-    LensSpread spread = usual_spread(unknowns.board.nominal);
-    auto fit = fit_lens(unknowns, shots, spread);
-    if (!fit || !settle(unknowns, shots, false, spread, *fit)) return Eigen::MatrixXd::Zero(count, count);
+Eigen::MatrixXd errors_by_board(const Estimate& exact, const std::vector<const BoardShot*>& shots) {
+    const int count = exact.unknowns.model.intrinsics_count(), numbers = exact.unknowns.board.numbers();
+    const auto measured = measured_anew(exact.unknowns, shots);
+    if (!measured) return Eigen::MatrixXd::Zero(count, count);
+    const LensSpread& spread = measured->spread;
+    const PrintedBoard& board = measured->unknowns.board;
     Eigen::VectorXd variance(numbers);
     // What is seen of a shape is partly chance.
-    const SmoothShape chance = fit->covariance(spread.noise).diagonal().segment<smooth_numbers>(count);
-    const SmoothShape beyond = unknowns.board.shape.cwiseAbs2() - chance;
+    const SmoothShape chance = measured->fit.covariance(spread.noise).diagonal().segment<smooth_numbers>(count);
+    const SmoothShape beyond = board.shape.cwiseAbs2() - chance;
     variance.head<bend_numbers>().setConstant(std::max(beyond.head<bend_numbers>().mean(), 0.0));
     variance[bend_numbers] = std::max(beyond[bend_numbers], 0.0);
-    variance.tail(numbers - smooth_numbers) =
-        Eigen::Vector3d(spread.print, spread.print, spread.relief).cwiseAbs2().replicate(unknowns.board.offsets.cols(), 1);
-    const Eigen::MatrixXd by_board = exact.information.topLeftCorner(count, count).ldlt().solve(exact.information.block(0, count, count, numbers));
+    variance.tail(numbers - smooth_numbers) = Eigen::Vector3d(spread.print, spread.print, spread.relief).cwiseAbs2().replicate(board.offsets.cols(), 1);
+    const Eigen::MatrixXd& information = exact.fit.information;
+    const Eigen::MatrixXd by_board = information.topLeftCorner(count, count).ldlt().solve(information.block(0, count, count, numbers));
     return by_board * variance.asDiagonal() * by_board.transpose();
+}
+
+std::vector<BoardShot*> not_refused(std::vector<BoardShot>& shots) {
+    std::vector<BoardShot*> used;
+    for (BoardShot& s : shots) {
+        if (s.refused.empty()) used.push_back(&s);
+    }
+    return used;
+}
+
+/// Before anything is known of the noise. Refuses shots until the others agree.
+Result<Estimate> first_estimate(std::vector<BoardShot>& shots, int width, int height, const Chessboard& board, const LensSettings& settings) {
+    Estimate found{{{}, PrintedBoard(board), {}}, settings.exact_board ? exact_board_spread(usual_noise) : usual_spread(board), {}};
+    // The rational lens goes astray from far away: it starts from the plumb_bob one, which is itself without its lower half.
+    const Distortion first = settings.kind == Distortion::rational_polynomial ? Distortion::plumb_bob : settings.kind;
+    for (;;) {
+        std::vector<BoardShot*> used = not_refused(shots);
+        if (static_cast<int>(used.size()) < settings.least_shots) {
+            return Error{fmt::format("{} good shots, {} or more are needed: show the board near, far, in the corners and tilted{}", used.size(),
+                                     settings.least_shots, refusals(shots))};
+        }
+        const std::vector<const BoardShot*> all(used.begin(), used.end());
+        const LensStart start = start_of_lens(all, width, height, board, first);
+        if (refuse_unexplained(used, start)) continue;
+        auto fit = first_fit(found.unknowns, start, all, settings.kind, found.spread);
+        if (!fit) {
+            return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
+                                     name_of(settings.kind))};
+        }
+        if (outlier_among(used, *fit, settings.outlier) != nullptr) continue;
+        found.fit = std::move(*fit);
+        return found;
+    }
+}
+
+/// All but what is known of the single shots.
+LensCalibration described(const Estimate& found, const std::vector<const BoardShot*>& shots, bool exact_board) {
+    LensCalibration result;
+    result.model = found.unknowns.model;
+    result.board = found.unknowns.board;
+    result.exact_board = exact_board;
+    double corners = 0, squares = 0, shifts = 0, turns = 0;
+    for (const ShotFit& shot : found.fit.shots) {
+        corners += static_cast<double>(shot.residuals.size());
+        squares += shot.squares;
+    }
+    for (const HeldBoard& held : found.unknowns.held) {
+        shifts += held.motion.head<3>().squaredNorm();
+        turns += held.motion.tail<3>().squaredNorm();
+    }
+    const auto count = static_cast<double>(shots.size());
+    result.shift = std::sqrt(shifts / count);
+    result.turn = std::sqrt(turns / count);
+    result.rms = std::sqrt(squares / corners);
+    result.sigma = found.spread.noise;
+    result.coverage = covered(shots, result.model.width, result.model.height);
+    result.disagreement = disagreement(found.unknowns, shots, found.spread, found.fit);
+    const int numbers = result.model.intrinsics_count();
+    auto covariance = result.covariance.topLeftCorner(numbers, numbers);
+    covariance = result.disagreement * found.fit.covariance(found.spread.noise).topLeftCorner(numbers, numbers);
+    if (exact_board) {
+        const Eigen::MatrixXd by_board = errors_by_board(found, shots);
+        covariance += by_board;
+        result.focal_sigma_by_board = std::sqrt(std::max(by_board(0, 0), by_board(1, 1)));
+    }
+    return result;
 }
 
 }  // namespace
@@ -158,55 +239,15 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     const bool none = std::none_of(shots.begin(), shots.end(), [](const BoardShot& s) { return !s.corners.empty(); });
     if (none && board.markers) return Error{"no picture shows the board:" + refusals(shots)};
     if (none) return Error{fmt::format("no picture shows a board with {} x {} inner corners: count where four squares meet", board.columns, board.rows)};
-    LensCalibration result;
-    LensUnknowns unknowns{{}, PrintedBoard(board), {}};
-    LensSpread spread = settings.exact_board ? exact_board_spread(usual_noise) : usual_spread(board);
-    // The rational lens goes astray from far away: it starts from the plumb_bob one, which is itself without its lower half.
-    const Distortion first = settings.kind == Distortion::rational_polynomial ? Distortion::plumb_bob : settings.kind;
-    std::optional<LensFit> fit;
-    std::vector<BoardShot*> used;
-    for (;;) {
-        used.clear();
-        for (BoardShot& s : shots) {
-            if (s.refused.empty()) used.push_back(&s);
-        }
-        if (static_cast<int>(used.size()) < settings.least_shots) {
-            return Error{fmt::format("{} good shots, {} or more are needed: show the board near, far, in the corners and tilted{}", used.size(),
-                                     settings.least_shots, refusals(shots))};
-        }
-        const std::vector<const BoardShot*> all(used.begin(), used.end());
-        const LensStart start = start_of_lens(all, width, height, board, first);
-        if (refuse_unexplained(used, start)) continue;
-        fit = first_fit(unknowns, start, all, settings.kind, spread);
-        if (!fit) {
-            return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
-                                     name_of(settings.kind))};
-        }
-        if (outlier_among(used, *fit, settings.outlier) == nullptr) break;
-    }
+    auto found = first_estimate(shots, width, height, board, settings);
+    if (!found) return found.error();
+    const std::vector<BoardShot*> used = not_refused(shots);
     const std::vector<const BoardShot*> all(used.begin(), used.end());
-    if (!settle(unknowns, all, settings.exact_board, spread, *fit)) {
+    if (!settle(*found, all, settings.exact_board)) {
         return Error{"too few corners for so many unknowns: take more shots, or a board with more squares"};
     }
-    if (!settings.exact_board && quarter_turns_alike(board) < 4) settle_turns(unknowns, used, spread, *fit);
-    const int count = unknowns.model.intrinsics_count();
-    double corners = 0, squares = 0;
-    for (const BoardShot* shot : all) corners += static_cast<double>(shot->corners.size());
-    for (const ShotFit& shot : fit->shots) squares += shot.squares;
-    result.model = unknowns.model;
-    result.board = unknowns.board;
-    result.exact_board = settings.exact_board;
-    result.rms = std::sqrt(squares / corners);
-    result.sigma = spread.noise;
-    result.disagreement = disagreement(unknowns, all, spread, *fit);
-    auto covariance = result.covariance.topLeftCorner(count, count);
-    covariance = result.disagreement * fit->covariance(spread.noise).topLeftCorner(count, count);
-    if (settings.exact_board) {
-        const Eigen::MatrixXd by_board = errors_by_board(unknowns, all, *fit);
-        covariance += by_board;
-        result.focal_sigma_by_board = std::sqrt(std::max(by_board(0, 0), by_board(1, 1)));
-    }
-    result.coverage = covered(all, width, height);
+    if (!settings.exact_board && quarter_turns_alike(board) < 4) settle_turns(*found, used);
+    LensCalibration result = described(*found, all, settings.exact_board);
     const double focal_sigma = std::max(std::sqrt(result.covariance(0, 0)) / result.model.fx, std::sqrt(result.covariance(1, 1)) / result.model.fy);
     if (!(focal_sigma < settings.worst_focal_sigma)) {
         return Error{
@@ -216,10 +257,10 @@ Result<LensCalibration> calibrate_lens(std::vector<BoardShot> shots, int width, 
     std::size_t next = 0;
     for (const BoardShot& s : shots) {
         const bool good = s.refused.empty();
-        const ShotFit* own = good ? &fit->shots[next] : nullptr;
+        const ShotFit* own = good ? &found->fit.shots[next] : nullptr;
         result.shot_rms.push_back(good ? std::sqrt(own->squares / static_cast<double>(own->residuals.size())) : 0);
         result.residuals.push_back(good ? own->residuals : std::vector<Eigen::Vector2d>{});
-        result.camera_from_board.push_back(good ? unknowns.held[next].camera_from_board : Eigen::Isometry3d::Identity());
+        result.camera_from_board.push_back(good ? found->unknowns.held[next].camera_from_board : Eigen::Isometry3d::Identity());
         next += good;
     }
     result.shots = std::move(shots);

@@ -15,7 +15,7 @@ struct LensSettings {
     Distortion kind = Distortion::plumb_bob;
     int least_shots = 4;
     double worst_focal_sigma = 0.05;  // part of the focal length: less well known is not calibrated
-    bool exact_board = false;         // a screen or an engraved plate: neither its shape nor its print are estimated
+    bool exact_board = false;         // a screen or an engraved plate that keeps still: neither its shape and print nor its motion are estimated
     double outlier = 4;               // a shot whose rms is so many times the median's is not believed
 };
 
@@ -23,13 +23,14 @@ struct LensCalibration {
     CameraModel model;
     IntrinsicsMatrix covariance = IntrinsicsMatrix::Zero();  // in the order of IntrinsicsVector
     double rms = 0;                                          // px, per corner (both coordinates together), as OpenCV states it
-    double sigma = 0;                                        // px, noise of each coordinate of a corner, estimated
+    double sigma = 0;                                        // px, noise of each coordinate of a corner in most shots, estimated
     std::vector<BoardShot> shots;                            // all of them, also those refused
     std::vector<double> shot_rms;                            // px, of each shot; 0 where it was refused
     std::vector<Eigen::Isometry3d> camera_from_board;        // of each shot
     std::vector<std::vector<Eigen::Vector2d>> residuals;     // px, of each shot's corners: seen - predicted
     PrintedBoard board = PrintedBoard({});                   // as the pictures show it
-    bool exact_board = false;                                // it was taken as exact
+    double shift = 0, turn = 0;                              // m, rad: how far it moved while a picture's rows were read out, root mean square over the shots
+    bool exact_board = false;                                // it was taken as exact, and still
     double focal_sigma_by_board = 0;                         // px: part of the focal length's, since an exact board is not as exact as that
     double disagreement = 1;  // times by which the covariance is larger for it: shots contradict each other more than noise explains
     double coverage = 0;      // part of the picture (8 x 6 cells) in which corners were seen

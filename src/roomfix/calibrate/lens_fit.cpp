@@ -9,9 +9,16 @@
 namespace roomfix {
 namespace {
 
-constexpr double usual_shift = 1e-4;  // m, of a board while a picture is read out
-constexpr double usual_turn = 4e-4;   // rad
-constexpr double rational_sigma = 1;  // of each of k1 to k6: their quotient is known better than they are
+constexpr double usual_shift = 6e-5;   // m, of a board while a picture is read out
+constexpr double usual_turn = 2.3e-4;  // rad
+constexpr double rational_sigma = 1;   // of each of k1 to k6: their quotient is known better than they are
+
+/// Of numbers whose squares add up to this. Few numbers tell little of a spread: it is expected to be half-normal itself, some `usual`.
+double likeliest_spread(double squares, double numbers, double usual) {
+    constexpr double least = 1e-8;
+    const double weight = 1 / (usual * usual);
+    return std::max(least, std::sqrt((std::sqrt(numbers * numbers + 4 * weight * squares) - numbers) / (2 * weight)));
+}
 
 /// What is expected of a shot's own numbers, as weights over the noise's: nothing of its pose.
 HeldVector held_weights(const LensSpread& spread) {
@@ -226,8 +233,6 @@ std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const Len
     learned.print = sigma(offsets.topRows<2>().squaredNorm(), of_corners.topRows(2).sum(), 1e-5 * square, 0.05 * square);
     learned.relief = sigma(offsets.row(2).squaredNorm(), of_corners.row(2).sum(), 1e-5 * square, 0.05 * square);
     double freedom = -determined.sum();
-    // A board that keeps still tells little of how boards move: what is usual counts, too.
-    constexpr double counts = 10;  // numbers
     const HeldVector weights = held_weights(spread);
     HeldVector squares = HeldVector::Zero(), numbers = HeldVector::Zero();
     for (std::size_t i = 0; i < fit.shots.size(); ++i) {
@@ -241,8 +246,8 @@ std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const Len
     }
     if (freedom < 1) return std::nullopt;
     learned.held = sigma(squares.segment<bend_numbers>(6).sum(), numbers.segment<bend_numbers>(6).sum(), 1e-6, spread.bend);
-    learned.shift = sigma(squares.segment<3>(9).sum() + counts * usual_shift * usual_shift, numbers.segment<3>(9).sum() + counts, 0, 0.01);
-    learned.turn = sigma(squares.tail<3>().sum() + counts * usual_turn * usual_turn, numbers.tail<3>().sum() + counts, 0, 0.05);
+    learned.shift = likeliest_spread(squares.segment<3>(9).sum(), numbers.segment<3>(9).sum(), usual_shift);
+    learned.turn = likeliest_spread(squares.tail<3>().sum(), numbers.tail<3>().sum(), usual_turn);
     learned.noise = std::max(std::sqrt(fit.squares / freedom), 1e-6);
     return learned;
 }

@@ -206,8 +206,11 @@ std::string text_of(const LensCalibration& lens) {
         text += fmt::format("  {:3} {:12.5f} +- {:.5f}\n", names[i], numbers[k], std::sqrt(lens.covariance(k, k)));
     }
     if (!lens.exact_board) {
-        text += fmt::format("the board, as measured: corners printed {:.3f} mm off (rms), {:.3f} mm out of its plane (rms)\n", 1000 * lens.board.print_error(),
-                            1000 * lens.board.height());
+        text += fmt::format(
+            "the board, as measured: corners printed {:.3f} mm off, {:.3f} mm out of its plane; moved by {:.2f} mm and {:.2f} deg while a picture was read out "
+            "(all "
+            "rms)\n",
+            1000 * lens.board.print_error(), 1000 * lens.board.height(), 1000 * lens.shift, degrees(lens.turn));
     }
     if (board_matters(lens)) {
         text += fmt::format(
@@ -259,8 +262,9 @@ std::string html_of(const LensCalibration& lens, const Chessboard& board, const 
         lens.exact_board
             ? ""
             : fmt::format("<figure>{}<figcaption>The board, measured along with the lens: lines show where corners were printed (rms {:.3f} mm), colours "
-                          "how high they are (red) or low (blue; rms {:.3f} mm).</figcaption></figure>",
-                          board_picture(lens), 1000 * lens.board.print_error(), 1000 * lens.board.height()),
+                          "how high they are (red) or low (blue; rms {:.3f} mm). It moved by {:.2f} mm and {:.2f}&deg; while a picture was read "
+                          "out.</figcaption></figure>",
+                          board_picture(lens), 1000 * lens.board.print_error(), 1000 * lens.board.height(), 1000 * lens.shift, degrees(lens.turn)),
         better);
 }
 
