@@ -148,7 +148,7 @@ TEST(ChessboardData, BothCamerasMeasureTheSameBoard) {
     // Where the board is in its own frame is anybody's guess, and so is its scale.
     const Eigen::Matrix4d moved = Eigen::umeyama(corners[0], corners[1], true);
     const Eigen::Matrix3Xd apart = ((moved.topLeftCorner<3, 3>() * corners[0]).colwise() + moved.topRightCorner<3, 1>()) - corners[1];
-    EXPECT_LT(std::sqrt(apart.squaredNorm() / board.corners()), 4e-5) << "m, from other pictures by another camera";
+    EXPECT_LT(std::sqrt(apart.squaredNorm() / board.corners()), 3e-5) << "m, from other pictures by another camera";
 }
 
 TEST(ChessboardData, HalvesOfTheShotsContradictEachOtherLittleMoreThanTheySay) {
