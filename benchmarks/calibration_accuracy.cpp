@@ -46,7 +46,7 @@ std::vector<BoardShot> photographed_boards(const CameraModel& camera, std::uint6
     const PrintedBoard made = glued_board(board, random);
     LumaImage picture;
     for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 15, random)) {
-        photograph(pictures, pattern_of(board), held_board(made, usual_held_bend, random), pose, shots.size(), picture);
+        photograph(pictures, pattern_of(board), shown(made, in_a_hand, random), pose, shots.size(), picture);
         shots.push_back(find_chessboard(picture, board, fmt::format("shot {}", shots.size())));
     }
     return shots;
@@ -76,8 +76,8 @@ void measure_lens(Distortion kind, Boards boards, int runs) {
     for (int run = 0; run < runs; ++run) {
         const CameraModel camera = random_camera(kind, random);
         const std::vector<BoardShot> shots = boards == Boards::rendered ? photographed_boards(camera, random.bits(), random)
-                                             : boards == Boards::glued  ? seen_boards(camera, glued_board(board, random), usual_held_bend, 15, 0.05, random)
-                                                                        : seen_boards(camera, PrintedBoard(board), 0, 15, 0.1, random);
+                                             : boards == Boards::glued  ? seen_boards(camera, glued_board(board, random), in_a_hand, 15, 0.05, random)
+                                                                        : seen_boards(camera, PrintedBoard(board), standing_still, 15, 0.1, random);
         const auto lens = calibrate_lens(shots, 640, 480, board, {.kind = kind});
         if (!lens) {
             ++failed;

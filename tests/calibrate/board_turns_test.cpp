@@ -47,7 +47,7 @@ TEST(BoardTurns, AreToldByThePrint) {
     Random random(67);
     const CameraModel camera = plain_camera();
     for (const Chessboard& board : {Chessboard{8, 6}, Chessboard{7, 7}}) {
-        const std::vector<BoardShot> shots = seen_boards(camera, glued_board(board, random), usual_held_bend, 14, 0.05, random);
+        const std::vector<BoardShot> shots = seen_boards(camera, glued_board(board, random), in_a_hand, 14, 0.05, random);
         const auto right = calibrate_lens(shots, 640, 480, board);
         const auto found = calibrate_lens(counted_at_will(shots, board, random), 640, 480, board);
         ASSERT_TRUE(right && found);
@@ -62,7 +62,7 @@ TEST(BoardTurns, AreToldByThePrint) {
 TEST(BoardTurns, AnEvenPrintLeavesAllAsItIsCounted) {
     Random random(68);
     const Chessboard board{8, 6};
-    const auto shots = counted_at_will(seen_boards(plain_camera(), PrintedBoard(board), 0, 12, 0.1, random), board, random);
+    const auto shots = counted_at_will(seen_boards(plain_camera(), PrintedBoard(board), standing_still, 12, 0.1, random), board, random);
     const auto lens = calibrate_lens(shots, 640, 480, board);
     ASSERT_TRUE(lens);
     for (std::size_t i = 0; i < shots.size(); ++i) EXPECT_EQ(lens->shots[i].corners, shots[i].corners);
@@ -72,7 +72,7 @@ TEST(BoardTurns, UpsideDownTellsTheImageCentreBetterAndTheReportSaysSo) {
     Random random(69);
     const Chessboard board{9, 6};
     std::vector<BoardShot> upright, both;
-    for (const BoardShot& shot : seen_boards(plain_camera(), glued_board(board, random), usual_held_bend, 80, 0.05, random)) {
+    for (const BoardShot& shot : seen_boards(plain_camera(), glued_board(board, random), in_a_hand, 80, 0.05, random)) {
         const Eigen::Vector2d along = (shot.corners[8] - shot.corners[0]).normalized();
         if (along.x() > 0.8 && upright.size() < 15) upright.push_back(shot);
         if (std::abs(along.x()) > 0.8 && both.size() < 15) both.push_back(shot);

@@ -36,7 +36,7 @@ CameraModel camera_of(Distortion kind) {
 }
 
 std::vector<BoardShot> simulated_shots(const CameraModel& camera, int count, double noise, Random& random) {
-    return seen_boards(camera, PrintedBoard(board), 0, count, noise, random);
+    return seen_boards(camera, PrintedBoard(board), standing_still, count, noise, random);
 }
 
 double nees_of(const LensCalibration& lens, const CameraModel& truth) {
@@ -143,7 +143,7 @@ TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     constexpr int runs = 12;
     for (int run = 0; run < runs; ++run) {
         const PrintedBoard glued = glued_board(board, random);
-        const std::vector<BoardShot> shots = seen_boards(camera, glued, usual_held_bend, 14, 0.05, random);
+        const std::vector<BoardShot> shots = seen_boards(camera, glued, in_a_hand, 14, 0.05, random);
         const auto lens = calibrate_lens(shots, 640, 480, board);
         const auto exact = calibrate_lens(shots, 640, 480, board, {.exact_board = true, .outlier = 100});
         ASSERT_TRUE(lens && exact) << lens.error().message;
@@ -167,12 +167,6 @@ TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     EXPECT_LT(std::sqrt(board_squares), 5e-5) << "m";
 }
 
-/// As by a rolling shutter before which the board is moved. `speed`: px per row, standard deviation.
-void move(BoardShot& shot, double speed, Random& random) {
-    const Eigen::Vector2d way(random.normal(speed), random.normal(speed));
-    for (Eigen::Vector2d& corner : shot.corners) corner += way * (corner.y() - 240);
-}
-
 TEST(CalibrateLens, WhatNoMotionExplainsMakesTheNumbersLessSure) {
     Random random(52);
     const CameraModel camera = plain_camera();
@@ -194,24 +188,23 @@ TEST(CalibrateLens, WhatNoMotionExplainsMakesTheNumbersLessSure) {
 }
 
 TEST(CalibrateLens, ABoardThatMovesIsMeasuredAsItMoves) {
-    for (const std::size_t one_in : {5U, 1U}) {
-        Random random(77);
-        const CameraModel camera = plain_camera();
-        double nees = 0, off = 0, off_if_still = 0;
-        constexpr int runs = 8;
-        for (int run = 0; run < runs; ++run) {
-            std::vector<BoardShot> shots = seen_boards(camera, PrintedBoard(board), 0, 14, 0.03, random);
-            for (std::size_t i = 0; i < shots.size(); i += one_in) move(shots[i], 0.002, random);
-            const auto lens = calibrate_lens(shots, 640, 480, board, {.outlier = 100});
-            const auto if_still = calibrate_lens(shots, 640, 480, board, {.exact_board = true, .outlier = 100});
-            ASSERT_TRUE(lens && if_still) << lens.error().message;
-            nees += nees_of(*lens, camera) / 9 / runs;
-            off += std::pow(lens->model.fx - camera.fx, 2);
-            off_if_still += std::pow(if_still->model.fx - camera.fx, 2);
-        }
-        EXPECT_LT(nees, 2.2) << one_in;
-        EXPECT_LT(off, 0.8 * off_if_still) << one_in;
+    Random random(77);
+    const CameraModel camera = plain_camera();
+    double nees = 0, off = 0, off_if_still = 0, shift = 0;
+    constexpr int runs = 12;
+    for (int run = 0; run < runs; ++run) {
+        const auto shots = seen_boards(camera, PrintedBoard(board), {.shift = 3e-4, .turn = 8e-4}, 14, 0.03, random);
+        const auto lens = calibrate_lens(shots, 640, 480, board, {.outlier = 100});
+        const auto if_still = calibrate_lens(shots, 640, 480, board, {.exact_board = true, .outlier = 100});
+        ASSERT_TRUE(lens && if_still) << lens.error().message;
+        nees += nees_of(*lens, camera) / 9 / runs;
+        shift += lens->shift / runs;
+        off += std::pow(lens->model.fx - camera.fx, 2);
+        off_if_still += std::pow(if_still->model.fx - camera.fx, 2);
     }
+    EXPECT_LT(nees, 2.2);
+    EXPECT_LT(off, 0.8 * off_if_still);
+    EXPECT_NEAR(shift, 3e-4 * std::sqrt(3), 2.5e-4) << "m; what is expected of boards that nobody knows pulls it down";
 }
 
 TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {
@@ -335,14 +328,14 @@ TEST(Chessboard, APhotographedBoardShowsItsCornersWhereTheyWerePrinted) {
     double squares = 0, as_if_flat = 0, count = 0;
     LumaImage picture;
     for (const Eigen::Isometry3d& pose : board_poses(camera, board_size, 6, random)) {
-        photograph(pictures, pattern_of(board), made, pose, 0, picture);
-        const BoardShot shot = find_chessboard(picture, board, "bent");
+        const ShownBoard here = shown(made, {.shift = 5e-4, .turn = 1e-3}, random);
+        photograph(pictures, pattern_of(board), here, pose, 0, picture);
+        const BoardShot shot = find_chessboard(picture, board, "bent and moved");
         ASSERT_TRUE(shot.refused.empty()) << shot.refused;
-        const bool turned = (shot.corners[0] - *project(camera, pose * made.corner(shot.number(0)))).norm() > 20;
         for (std::size_t i = 0; i < shot.corners.size(); ++i) {
-            const int number = turned ? board.corners() - 1 - shot.number(i) : shot.number(i);
+            const int number = shot.number(i);
             const Eigen::Vector2d flat = board.corner(number);
-            squares += (shot.corners[i] - *project(camera, pose * made.corner(number))).squaredNorm();
+            squares += (shot.corners[i] - seen_corner(camera, pose, here, number)).squaredNorm();
             as_if_flat += (shot.corners[i] - *project(camera, pose * Eigen::Vector3d(flat.x(), flat.y(), 0))).squaredNorm();
             ++count;
         }

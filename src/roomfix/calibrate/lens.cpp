@@ -201,18 +201,16 @@ LensCalibration described(const Estimate& found, const std::vector<const BoardSh
     result.model = found.unknowns.model;
     result.board = found.unknowns.board;
     result.exact_board = exact_board;
-    double corners = 0, squares = 0, shifts = 0, turns = 0;
+    double corners = 0, squares = 0;
     for (const ShotFit& shot : found.fit.shots) {
         corners += static_cast<double>(shot.residuals.size());
         squares += shot.squares;
     }
-    for (const HeldBoard& held : found.unknowns.held) {
-        shifts += held.motion.head<3>().squaredNorm();
-        turns += held.motion.tail<3>().squaredNorm();
+    // What is seen of a motion is less than all of it: its spread tells how large it is.
+    if (!exact_board) {
+        result.shift = std::sqrt(3) * found.spread.shift;
+        result.turn = std::sqrt(3) * found.spread.turn;
     }
-    const auto count = static_cast<double>(shots.size());
-    result.shift = std::sqrt(shifts / count);
-    result.turn = std::sqrt(turns / count);
     result.rms = std::sqrt(squares / corners);
     result.sigma = found.spread.noise;
     result.coverage = covered(shots, result.model.width, result.model.height);

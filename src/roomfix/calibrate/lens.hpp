@@ -29,7 +29,7 @@ struct LensCalibration {
     std::vector<Eigen::Isometry3d> camera_from_board;        // of each shot
     std::vector<std::vector<Eigen::Vector2d>> residuals;     // px, of each shot's corners: seen - predicted
     PrintedBoard board = PrintedBoard({});                   // as the pictures show it
-    double shift = 0, turn = 0;                              // m, rad: how far it moved while a picture's rows were read out, root mean square over the shots
+    double shift = 0, turn = 0;                              // m, rad: how far it moved while a picture's rows were read out, root mean square
     bool exact_board = false;                                // it was taken as exact, and still
     double focal_sigma_by_board = 0;                         // px: part of the focal length's, since an exact board is not as exact as that
     double disagreement = 1;  // times by which the covariance is larger for it: shots contradict each other more than noise explains

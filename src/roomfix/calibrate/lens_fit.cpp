@@ -9,9 +9,9 @@
 namespace roomfix {
 namespace {
 
-constexpr double usual_shift = 6e-5;   // m, of a board while a picture is read out
-constexpr double usual_turn = 2.3e-4;  // rad
-constexpr double rational_sigma = 1;   // of each of k1 to k6: their quotient is known better than they are
+constexpr double usual_shift = 1e-4;  // m, of a board while a picture is read out
+constexpr double usual_turn = 4e-4;   // rad
+constexpr double rational_sigma = 1;  // of each of k1 to k6: their quotient is known better than they are
 
 /// Of numbers whose squares add up to this. Few numbers tell little of a spread: it is expected to be half-normal itself, some `usual`.
 double likeliest_spread(double squares, double numbers, double usual) {
@@ -25,7 +25,7 @@ HeldVector held_weights(const LensSpread& spread) {
     HeldVector sigma;
     sigma << Vector6d::Zero(), Eigen::Vector3d::Constant(spread.held), Eigen::Vector3d::Constant(spread.shift), Eigen::Vector3d::Constant(spread.turn);
     HeldVector weights = HeldVector::Zero();
-    weights.tail<held_numbers - 6>() = (spread.noise / sigma.tail<held_numbers - 6>().array()).square();
+    weights.tail<held_numbers - bend_at>() = (spread.noise / sigma.tail<held_numbers - bend_at>().array()).square();
     return weights;
 }
 HeldVector held_values(const HeldBoard& held) {
@@ -153,7 +153,7 @@ LensUnknowns moved(const LensUnknowns& from, const LensFit& at, const Eigen::Vec
         const ShotFit& shot = at.shots[i];
         const HeldVector own = shot.by_held.ldlt().solve(shot.held_gradient - shot.mixed * step);
         to.held[i].camera_from_board = perturbed(from.held[i].camera_from_board, own.head<6>());
-        to.held[i].bend += own.segment<bend_numbers>(6);
+        to.held[i].bend += own.segment<bend_numbers>(bend_at);
         to.held[i].motion += own.tail<6>();
     }
     return to;
@@ -245,8 +245,8 @@ std::optional<LensSpread> learned_spread(const LensUnknowns& unknowns, const Len
         numbers += of_shot;
     }
     if (freedom < 1) return std::nullopt;
-    learned.held = sigma(squares.segment<bend_numbers>(6).sum(), numbers.segment<bend_numbers>(6).sum(), 1e-6, spread.bend);
-    learned.shift = likeliest_spread(squares.segment<3>(9).sum(), numbers.segment<3>(9).sum(), usual_shift);
+    learned.held = sigma(squares.segment<bend_numbers>(bend_at).sum(), numbers.segment<bend_numbers>(bend_at).sum(), 1e-6, spread.bend);
+    learned.shift = likeliest_spread(squares.segment<3>(motion_at).sum(), numbers.segment<3>(motion_at).sum(), usual_shift);
     learned.turn = likeliest_spread(squares.tail<3>().sum(), numbers.tail<3>().sum(), usual_turn);
     learned.noise = std::max(std::sqrt(fit.squares / freedom), 1e-6);
     return learned;

@@ -47,7 +47,7 @@ LensSpread usual_spread(const Chessboard& board);  // before a board has been lo
 LensSpread exact_board_spread(double noise);       // a screen, or an engraved plate
 
 /// A shot's own numbers: those of its pose, its bend, its motion.
-constexpr int held_numbers = 6 + bend_numbers + 6;
+constexpr int bend_at = 6, motion_at = bend_at + bend_numbers, held_numbers = motion_at + 6;
 using HeldVector = Eigen::Matrix<double, held_numbers, 1>;
 using HeldMatrix = Eigen::Matrix<double, held_numbers, held_numbers>;
 

@@ -105,25 +105,39 @@ PrintedBoard glued_board(const Chessboard& board, Random& random) {
     return made;
 }
 
-PrintedBoard held_board(PrintedBoard board, double held_bend, Random& random) {
-    board.shape.head<3>() += Eigen::Vector3d(random.normal(held_bend), random.normal(held_bend), random.normal(held_bend));
-    return board;
+ShownBoard shown(PrintedBoard board, const Hold& hold, Random& random) {
+    ShownBoard result{std::move(board)};
+    for (int i = 0; i < 3; ++i) result.board.shape[i] += random.normal(hold.bend);
+    for (int i = 0; i < 6; ++i) result.motion[i] = random.normal(i < 3 ? hold.shift : hold.turn);
+    return result;
 }
 
-void photograph(PlanePictures& pictures, const FlatPattern& pattern, const PrintedBoard& board, const Eigen::Isometry3d& camera_from_board, std::uint64_t index,
+void photograph(PlanePictures& pictures, const FlatPattern& pattern, const ShownBoard& shown, const Eigen::Isometry3d& camera_from_board, std::uint64_t index,
                 LumaImage& picture) {
-    const BoardError error(board);
+    const BoardError error(shown.board);
     const auto printed = [&](const Eigen::Vector2d& p) { return pattern(p - error(p).head<2>()); };
-    pictures.render(printed, camera_from_board, index, picture, [&](const Eigen::Vector2d& p) { return error(p).z(); });
+    pictures.render(
+        printed, camera_from_board, index, picture, [&](const Eigen::Vector2d& p) { return error(p).z(); }, shown.motion);
 }
 
-std::vector<BoardShot> seen_boards(const CameraModel& camera, const PrintedBoard& board, double held_bend, int count, double noise, Random& random) {
+Eigen::Vector2d seen_corner(const CameraModel& camera, const Eigen::Isometry3d& camera_from_board, const ShownBoard& shown, int number) {
+    constexpr int rounds = 3;  // when it is seen depends on where
+    const Eigen::Vector3d corner = shown.board.corner(number);
+    Eigen::Vector2d pixel = *project(camera, camera_from_board * corner);
+    for (int round = 0; round < rounds; ++round) {
+        const double late = (pixel.y() + 0.5) / camera.height - 0.5;
+        pixel = *project(camera, perturbed(camera_from_board, late * shown.motion) * corner);
+    }
+    return pixel;
+}
+
+std::vector<BoardShot> seen_boards(const CameraModel& camera, const PrintedBoard& board, const Hold& hold, int count, double noise, Random& random) {
     std::vector<BoardShot> shots;
     for (const Eigen::Isometry3d& pose : board_poses(camera, board.nominal.corner(board.nominal.corners() - 1), count, random)) {
         BoardShot shot{.name = fmt::format("shot {}", shots.size()), .corners = {}, .edge_width = 2, .square_pixels = 30, .refused = {}};
-        const PrintedBoard shown = held_board(board, held_bend, random);
+        const ShownBoard here = shown(board, hold, random);
         for (int i = 0; i < board.nominal.corners(); ++i) {
-            shot.corners.push_back(*project(camera, pose * shown.corner(i)) + Eigen::Vector2d(random.normal(noise), random.normal(noise)));
+            shot.corners.push_back(seen_corner(camera, pose, here, i) + Eigen::Vector2d(random.normal(noise), random.normal(noise)));
         }
         shots.push_back(shot);
     }

@@ -41,7 +41,7 @@ Result<LensCalibration> photographed_lens(const CameraModel& truth, const Sensor
     std::vector<BoardShot> seen;
     LumaImage picture;
     for (const Eigen::Isometry3d& pose : board_poses(truth, printed_board.corner(printed_board.corners() - 1), pictures.shots, random)) {
-        photograph(camera, pattern, held_board(board, pictures.flat ? 0 : usual_held_bend, random), pose, seen.size(), picture);
+        photograph(camera, pattern, shown(board, pictures.flat ? standing_still : in_a_hand, random), pose, seen.size(), picture);
         seen.push_back(find_chessboard(picture, printed_board, std::to_string(seen.size())));
     }
     return calibrate_lens(std::move(seen), truth.width, truth.height, printed_board, {.kind = truth.kind});

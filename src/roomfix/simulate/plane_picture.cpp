@@ -18,11 +18,14 @@ PlanePictures::PlanePictures(const CameraModel& camera, const SensorModel& senso
     : width_(camera.width), height_(camera.height), seed_(seed), sensor_(camera.width, camera.height, sensor, {.part = 0}, seed), rays_(camera) {}
 
 void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture,
-                           const SheetHeight& height) {
-    const Eigen::Matrix3d plane_from_camera = camera_from_plane.linear().transpose();
-    const Eigen::Vector3d eye = -(plane_from_camera * camera_from_plane.translation());
-    const auto light_along = [&](const Eigen::Vector3f& ray) {
-        const Eigen::Vector3d way = plane_from_camera * ray.cast<double>();
+                           const SheetHeight& height, const Vector6d& motion) {
+    std::vector<Eigen::Isometry3d> plane_from_camera;  // of each row, and below the last
+    for (int y = 0; y <= height_; ++y) {
+        const double late = (y + 0.5) / height_ - 0.5;
+        plane_from_camera.push_back(perturbed(camera_from_plane, late * motion).inverse(Eigen::Isometry));
+    }
+    const auto light_along = [&](const Eigen::Vector3f& ray, std::size_t row) {
+        const Eigen::Vector3d eye = plane_from_camera[row].translation(), way = plane_from_camera[row].linear() * ray.cast<double>();
         double along = -eye.z() / way.z();
         constexpr int rounds = 2;  // the height hardly changes from one to the next
         for (int i = 0; height && i < rounds; ++i) along = (height((eye + along * way).head<2>()) - eye.z()) / way.z();
@@ -30,16 +33,17 @@ void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& 
     };
     std::vector<float> at_corners;
     at_corners.reserve(rays_.corners().size());
-    for (const Eigen::Vector3f& ray : rays_.corners()) at_corners.push_back(light_along(ray));
+    for (const Eigen::Vector3f& ray : rays_.corners()) at_corners.push_back(light_along(ray, at_corners.size() / rays_.stride()));
     light_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 0);
     Random random(seed_ ^ 0x5ab5);
     for (int y = 0; y < height_; ++y) {
+        const auto row = static_cast<std::size_t>(y);
         for (int x = 0; x < width_; ++x) {
             const std::size_t top = rays_.corner(x, y), bottom = top + rays_.stride();
-            float& out = light_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+            float& out = light_[row * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
             const float first = at_corners[top];
             const bool plain = first == at_corners[top + 1] && first == at_corners[bottom] && first == at_corners[bottom + 1] &&
-                               first == light_along(rays_.within(x, y, 0.5F, 0.5F));
+                               first == light_along(rays_.within(x, y, 0.5F, 0.5F), row);
             if (plain) {
                 out = first;
                 continue;
@@ -48,7 +52,7 @@ void PlanePictures::render(const FlatPattern& pattern, const Eigen::Isometry3d& 
             for (int j = 0; j < fine; ++j) {
                 for (int i = 0; i < fine; ++i) {
                     const auto u = static_cast<float>((i + random.uniform()) / fine), v = static_cast<float>((j + random.uniform()) / fine);
-                    out += light_along(rays_.within(x, y, u, v)) / (fine * fine);
+                    out += light_along(rays_.within(x, y, u, v), row) / (fine * fine);
                 }
             }
         }

@@ -28,10 +28,11 @@ class PlanePictures {
 public:
     PlanePictures(const CameraModel& camera, const SensorModel& sensor, std::uint64_t seed);
 
-    /// `camera_from_plane`: the plane is z = 0 there. `height`: must be much smaller than the sheet; none for one that is flat. The same `index`
-    /// gives the same noise.
-    void render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture,
-                const SheetHeight& height = {});
+    /// `camera_from_plane`: the plane is z = 0 there. `height`: must be much smaller than the sheet; none for one that is flat. `motion`: of the plane,
+    /// from the first row to the last, whose middle sees it where it is: shift, m, and turn, rad, in the frame of the camera (a rolling shutter). The same
+    /// `index` gives the same noise.
+    void render(const FlatPattern& pattern, const Eigen::Isometry3d& camera_from_plane, std::uint64_t index, LumaImage& picture, const SheetHeight& height = {},
+                const Vector6d& motion = Vector6d::Zero());
 
 private:
     static constexpr int fine = 6;  // rays in each direction for a pixel that is not all alike
