@@ -80,7 +80,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
                      "rendered pictures of a board from which each lens is calibrated, before floor and mount are; 0: the true lens")
         ->capture_default_str()
         ->check(CLI::Range(0, 1000));
-    command->add_flag("--flat-board", arguments->board.flat, "the board is printed exactly and flat instead of glued as people do it");
+    command->add_flag("--flat-board", arguments->board.flat, "the board is printed exactly, flat and still instead of glued and held as people do it");
     command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")
         ->capture_default_str()
         ->check(CLI::Range(1, 10000));

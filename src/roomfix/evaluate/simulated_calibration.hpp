@@ -14,7 +14,7 @@ namespace roomfix {
 /// The pictures from which an experiment calibrates its lenses.
 struct BoardPictures {
     int shots = 60;
-    bool flat = false;  // printed exactly and flat; otherwise as people make boards and hold them
+    bool flat = false;  // printed exactly, flat and still; otherwise as people make boards and hold them
 };
 
 /// The lens from rendered pictures of a board before the camera.
