@@ -167,6 +167,17 @@ TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     EXPECT_LT(std::sqrt(board_squares), 5e-5) << "m";
 }
 
+TEST(CalibrateLens, PixelsNeedNotBeSquare) {
+    Random random(44);
+    const CameraModel camera = make_camera_model(640, 480, 491, 588, 320, 255, {-0.26, 0.1, 0.001, -0.0005, -0.01});
+    for (int run = 0; run < 6; ++run) {
+        const auto lens = calibrate_lens(simulated_shots(camera, 15, 0.1, random), 640, 480, board);
+        ASSERT_TRUE(lens) << lens.error().message;
+        EXPECT_NEAR(lens->model.fx, camera.fx, 5) << run;
+        EXPECT_NEAR(lens->model.fy, camera.fy, 6) << run;
+    }
+}
+
 TEST(CalibrateLens, WhatNoMotionExplainsMakesTheNumbersLessSure) {
     Random random(52);
     const CameraModel camera = plain_camera();

@@ -184,7 +184,9 @@ Result<Estimate> first_estimate(std::vector<BoardShot>& shots, int width, int he
         const std::vector<const BoardShot*> all(used.begin(), used.end());
         const LensStart start = start_of_lens(all, width, height, board, first);
         if (refuse_unexplained(used, start)) continue;
-        auto fit = first_fit(found.unknowns, start, all, settings.kind, found.spread);
+        // A board that may bend explains many a wrong lens: it is stiff until there is a right one.
+        auto fit = first_fit(found.unknowns, start, all, settings.kind, exact_board_spread(usual_noise));
+        if (fit && !settings.exact_board) fit = fit_lens(found.unknowns, all, found.spread);
         if (!fit) {
             return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
                                      name_of(settings.kind))};
