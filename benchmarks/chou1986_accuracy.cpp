@@ -16,12 +16,15 @@ int main() {
         std::fflush(stdout);
     }
     std::fflush(stdout);
-    const ClutterReport rooms = run_cluttered(1000, 11);
-    fmt::print(
-        "== furnished rooms: {} of {} pictures show a corner; of these {:.1f} % within 1 % (goal 95), {:.1f} % no fix; wrong {} of {} ({:.2f} %, goal 0.5); "
-        "{}\n",
-        rooms.visible, rooms.pictures, 100.0 * rooms.good / rooms.visible, 100.0 * rooms.none / rooms.visible, rooms.wrong, rooms.pictures,
-        100.0 * rooms.wrong / rooms.pictures, rooms.first_wrong);
-    std::fflush(stdout);
-    fmt::print("== no corner in the picture: {} fixes in 1000 (goal 0)\n", run_cornerless(1000, 12));
+    for (const bool hard : {false, true}) {
+        const Walls walls = hard ? Walls::hard : Walls::plain;
+        const char* kind = hard ? "furnished rooms whose walls are hard to tell apart" : "furnished rooms";
+        const ClutterReport rooms = run_cluttered(1000, 11, walls);
+        fmt::print("== {}: {} of {} pictures show a corner; of these {:.1f} % within 1 % (goal 95), {:.1f} % no fix; wrong {} of {} ({:.2f} %, goal 0.5); {}\n",
+                   kind, rooms.visible, rooms.pictures, 100.0 * rooms.good / rooms.visible, 100.0 * rooms.none / rooms.visible, rooms.wrong, rooms.pictures,
+                   100.0 * rooms.wrong / rooms.pictures, rooms.first_wrong);
+        std::fflush(stdout);
+        fmt::print("== {}, no corner in the picture: {} fixes in 1000 (goal 0)\n", kind, run_cornerless(1000, 12, walls));
+        std::fflush(stdout);
+    }
 }

@@ -151,6 +151,32 @@ TEST(CornerObserver, FurnishedRoomsMostlyGiveARightFixAndRarelyAWrongOne) {
     EXPECT_LE(wrong, 3);
 }
 
+TEST(CornerObserver, WallsOfOnePaintMeetInACrease) {
+    Studio studio;
+    Random random(31);
+    constexpr int pictures = 24;
+    int good = 0;
+    double squares = 0;
+    for (int i = 0; i < pictures; ++i) {
+        RoomShot shot = chou1986_shot(chou1986_places()[static_cast<std::size_t>(i) % 16], random);
+        shot.scene.wall_albedo.assign(4, 0.6f);
+        shot.scene.crease = random.uniform(0.003, 0.01);
+        shot.scene.crease_depth = 0.25f;
+        // One lamp above both walls: only the crease tells them apart.
+        shot.scene.lamps.assign(1, {{2, 2, shot.scene.height - 0.4}, 0.8f});
+        studio.look(shot);
+        if (studio.result.corners.empty()) continue;
+        const CornerObservation& seen = studio.result.corners[0];
+        const CornerView truth = truth_of(shot);
+        const double error = (seen.view.place - truth.place).norm() / std::sqrt(1 + truth.place.squaredNorm());
+        good += error < 0.01;
+        const Eigen::Vector2d off = truth.place - seen.view.place;
+        squares += off.dot(seen.covariance.bottomRightCorner<2, 2>().inverse() * off) / 2;
+    }
+    EXPECT_GE(good, pictures - 3);
+    EXPECT_LT(squares / pictures, 3) << "mean NEES per number: a crease is no sharper than it is";
+}
+
 TEST(CornerObserver, WhereNoCornerIsNoneIsFoundAndTheReasonSaysWhy) {
     Studio studio;
     Random random(25);

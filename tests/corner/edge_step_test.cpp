@@ -30,6 +30,41 @@ LineStretch stretch_on(const Eigen::Vector2d& normal, double distance, double of
     return {foot + from * along, foot + to * along};
 }
 
+TEST(EdgeStep, ACreaseIsFoundWithATrueErrorWhateverStepsAcrossIt) {
+    Random random(4);
+    const LightTable light;
+    double squares = 0;
+    constexpr int count = 400;
+    for (int i = 0; i < count; ++i) {
+        const double angle = random.uniform(-std::numbers::pi, std::numbers::pi);
+        const Eigen::Vector2d normal(std::cos(angle), std::sin(angle));
+        const Eigen::Vector2d along(normal.y(), -normal.x());
+        const Eigen::Vector2d middle(80, 60);
+        const double bright = random.uniform(60, 80);
+        LumaImage picture = step_picture(normal, normal.dot(middle), 70, bright, 0.9, 0, random);
+        for (int y = 0; y < 120; ++y) {
+            for (int x = 0; x < 160; ++x) {
+                const double d = normal.dot(Eigen::Vector2d(x, y) - middle) / 1.6;
+                const double deeper = static_cast<double>(light[picture.row(y)[x]]) * (1 - 0.2 * std::exp(-0.5 * d * d));
+                const double grey = 255 * std::pow(deeper / 255, 1 / 2.2) + random.normal(2);
+                picture.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(grey), 0L, 255L));
+            }
+        }
+        const double offset = random.uniform(-0.15, 0.15);
+        const LineStretch stretch = stretch_on(normal, normal.dot(middle), offset, along.dot(middle) - 12, along.dot(middle) + 12);
+        LightProfile profile;
+        EdgeStep step;
+        ASSERT_TRUE(read_profile(picture, light, stretch, 9, 1, profile));
+        ASSERT_TRUE(fit_step(profile, 1.6, 9, StepModel::crease, step));
+        EXPECT_NEAR(step.contrast, -0.2 * 0.5 * (70 + bright), 5);
+        const double toward = stretch.normal().dot(normal) > 0 ? 1 : -1;
+        const double error = step.offset + toward * offset;
+        squares += error * error / step.variance;
+    }
+    EXPECT_GT(squares / count, 0.75);
+    EXPECT_LT(squares / count, 1.5);
+}
+
 TEST(EdgeStep, AStepIsFoundWithATrueError) {
     Random random(3);
     const LightTable light;

@@ -43,10 +43,11 @@ TEST(FaintEdges, ALineFainterThanTheNoiseIsFoundAlongItsWholeLength) {
         const LumaImage picture = faint_picture(angle, 1.5, 1e9, random);
         const double guess = angle + random.uniform(-0.08, 0.08);
         std::vector<FaintEdges::Peak> peaks;
-        seen.edges.peaks(picture, seen.light, seen.corner, {std::cos(guess), std::sin(guess)}, 0.1, peaks);
+        seen.edges.peaks(picture, seen.light, seen.corner, {std::cos(guess), std::sin(guess)}, EdgeKind::step, 0.1, peaks);
         ASSERT_FALSE(peaks.empty());
         EXPECT_NEAR(guess + peaks[0].turn, angle, 0.006);
-        EXPECT_GT(peaks[0].evidence.plain, 5 * seen.edges.along(picture, seen.light, seen.corner, {std::cos(angle + 0.2), std::sin(angle + 0.2)}).plain);
+        EXPECT_GT(peaks[0].evidence.plain,
+                  5 * seen.edges.along(picture, seen.light, seen.corner, {std::cos(angle + 0.2), std::sin(angle + 0.2)}, EdgeKind::step).plain);
     }
 }
 
@@ -54,7 +55,7 @@ TEST(FaintEdges, WhatIsMuchPlainerBelongsToSomethingElse) {
     Random random(12);
     const Seen seen;
     const LumaImage picture = faint_picture(0.6, 2, 150, random);
-    const EdgeEvidence evidence = seen.edges.along(picture, seen.light, seen.corner, {std::cos(0.6), std::sin(0.6)});
+    const EdgeEvidence evidence = seen.edges.along(picture, seen.light, seen.corner, {std::cos(0.6), std::sin(0.6)}, EdgeKind::step);
     EXPECT_LE(evidence.visible, 160);
     EXPECT_GE(evidence.visible, 100);
 }

@@ -51,6 +51,13 @@ CornerFitter::CornerFitter(const CameraModel& model, const CornerFitSettings& se
     settings_.longest *= length_unit(model);
 }
 
+void CornerFitter::look_like(const EdgeLook& look, CornerFit& fit) const {
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        const bool crease = fit.kind[edge] == EdgeKind::crease;
+        fit.look[edge] = crease ? EdgeLook{settings_.crease, settings_.crease_reach, 1.5 * settings_.stretch, StepModel::crease} : look;
+    }
+}
+
 void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const {
     fit.pieces.clear();
     const Eigen::Matrix3d camera_from_corner = fit.view.corner_from_camera.transpose();
@@ -61,7 +68,7 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
     const auto edges = edge_directions(wall_angle);
     for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
         const EdgeLine line(corner, camera_from_corner * edges[edge]);
-        const double reach = fit.reach[edge] * fit.blur[edge] + 1;
+        const double reach = fit.look[edge].reach * fit.look[edge].blur + 1;
         const auto shown = [&](double run) -> std::optional<Eigen::Vector2d> {
             if (!(run / focal < 0.98 * line.end)) return std::nullopt;
             const auto pixel = project(model_, line.point(run / focal));
@@ -69,12 +76,12 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
         };
         double start = settings_.first_gap;
         for (auto before = shown(start); before;) {
-            double length = fit.length[edge];
+            double length = fit.look[edge].length;
             auto after = shown(start + length);
             const bool last = !after;
             if (last) {
                 length = part_shown(shown, start, length);
-                if (fit.model[edge] == StepModel::coarse || length < settings_.least_part * fit.length[edge]) break;
+                if (fit.look[edge].model == StepModel::coarse || length < settings_.least_part * fit.look[edge].length) break;
                 after = shown(start + length);
             }
             const Eigen::Vector3d middle_camera = line.point((start + 0.5 * length) / focal);
@@ -102,7 +109,7 @@ void CornerFitter::read(LumaView frame, double wall_angle, int skip, CornerFit& 
             start += length;
             before = after;
         }
-        if (fit.model[edge] == StepModel::coarse) continue;
+        if (fit.look[edge].model == StepModel::coarse) continue;
         leave_out_what_follows(edge, fit);
         share_contrast(edge, fit);
     }
@@ -117,7 +124,7 @@ void CornerFitter::leave_out_what_follows(CornerEdge edge, CornerFit& fit) const
         const EdgePiece& piece = fit.pieces[i];
         contrasts.push_back({piece.step.contrast, piece.read ? 1 / (piece.step.contrast_sigma * piece.step.contrast_sigma) : 0});
     }
-    const std::size_t kept = pieces_before_change(contrasts, fit.length[edge], settings_.change);
+    const std::size_t kept = pieces_before_change(contrasts, fit.look[edge].length, settings_.change);
     if (kept < contrasts.size()) fit.pieces.resize(first + kept);
 }
 
@@ -142,7 +149,7 @@ void CornerFitter::share_contrast(CornerEdge edge, CornerFit& fit) const {
         const EdgeStep& step = piece->step;
         own.push_back({step.contrast, piece->read ? 1 / (step.contrast_sigma * step.contrast_sigma + settings_.least_contrast_variance) : 0});
     }
-    const auto reach = static_cast<std::size_t>(std::lround(settings_.shared / fit.length[edge]));
+    const auto reach = static_cast<std::size_t>(std::lround(settings_.shared / fit.look[edge].length));
     for (std::size_t i = 0; i < pieces.size(); ++i) {
         double sum = 0;
         double weights = 0;
@@ -178,9 +185,27 @@ Vector5d CornerFitter::sum_up(double gate, CornerFit& fit) const {
             ++count;
         }
     }
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        if (fit.kind[edge] == EdgeKind::crease) leave_open_offset(edge, gate, fit, pull);
+    }
     fit.counted = count;
     fit.spread = count > 5 ? squares / (count - 5) : 1;
     return pull;
+}
+
+/// All pieces of a crease may be off by the same: an unknown more, which is eliminated.
+void CornerFitter::leave_open_offset(CornerEdge edge, double gate, CornerFit& fit, Vector5d& pull) const {
+    Vector5d slopes = Vector5d::Zero();
+    double weights = 1 / (settings_.crease_sigma * settings_.crease_sigma), offsets = 0;
+    for (const EdgePiece& piece : fit.pieces) {
+        if (piece.edge != edge || !piece.seen) continue;
+        const double weight = piece_weight(piece, gate, settings_);
+        slopes += weight * piece.slope;
+        offsets += weight * piece.step.offset;
+        weights += weight;
+    }
+    fit.information -= slopes * slopes.transpose() / weights;
+    pull -= slopes * (offsets / weights);
 }
 
 /// The information factored; nothing if the pieces are not enough for all unknowns.
@@ -211,64 +236,61 @@ bool CornerFitter::step(double wall_angle, double gate, CornerFit& fit) const {
 
 /// Fits the step to the piece's light and says whether it is one.
 void CornerFitter::judge(const CornerFit& fit, EdgePiece& piece) const {
-    const double blur = fit.blur[piece.edge];
-    const double reach = fit.reach[piece.edge];
-    piece.read = fit_step(piece.profile, blur, reach * blur + 1, fit.model[piece.edge], piece.step);
+    const double blur = fit.look[piece.edge].blur;
+    const double reach = fit.look[piece.edge].reach;
+    piece.read = fit_step(piece.profile, blur, reach * blur + 1, fit.look[piece.edge].model, piece.step);
     piece.seen = piece.read && std::abs(piece.step.contrast) > settings_.least_contrast * piece.step.contrast_sigma &&
                  std::abs(piece.step.offset) < settings_.largest_offset * blur;
 }
 
-/// Far from everything else a wide reading tells the edge from the slopes of light beside it best; a moulding or a frame beside it allows
-/// only a narrow one: it shows as noise, and hides the edge. And a faint edge needs long pieces. The pieces hold a wide reading.
-void CornerFitter::choose_reach(CornerFit& fit) const {
+/// Judges the pieces of an edge as it is to be read now.
+CornerFitter::Reading CornerFitter::reading_of(CornerEdge edge, CornerFit& fit) const {
     constexpr std::size_t most = 128;
-    struct Seen {
-        double noise = 0, plainness = 0;  // medians over the pieces that are seen, and over all
-        std::size_t count = 0;
-    };
+    FixedList<double, most> noise, plainness;
+    for (EdgePiece& piece : fit.pieces) {
+        if (piece.edge != edge || plainness.size() == most) continue;
+        judge(fit, piece);
+        plainness.push_back(std::abs(piece.step.contrast) / piece.step.contrast_sigma);
+        if (piece.seen) noise.push_back(piece.step.noise);
+    }
     const auto median = [](FixedList<double, most>& list) {
         if (list.empty()) return 0.0;
         std::nth_element(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2), list.end());
         return list[list.size() / 2];
     };
-    const auto look = [&](CornerEdge edge) {
-        FixedList<double, most> noise, plainness;
-        for (EdgePiece& piece : fit.pieces) {
-            if (piece.edge != edge || plainness.size() == most) continue;
-            judge(fit, piece);
-            plainness.push_back(std::abs(piece.step.contrast) / piece.step.contrast_sigma);
-            if (piece.seen) noise.push_back(piece.step.noise);
-        }
-        return Seen{median(noise), median(plainness), noise.size()};
-    };
-    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
-        Seen best;
-        double chosen = settings_.tight;
-        for (const double reach : {settings_.tight, settings_.narrow, settings_.wide}) {
-            fit.reach[edge] = reach;
-            fit.model[edge] = reach == settings_.tight ? StepModel::plain : StepModel::full;
-            const Seen now = look(edge);
-            const bool as_good = best.count == 0 || (now.noise < settings_.noisier * best.noise && 10 * now.count >= 8 * best.count);
-            if (now.count == 0 || !as_good) continue;
-            best = now;
-            chosen = reach;
-        }
-        const auto wanted = [&] { return 1.5 * settings_.stretch * std::pow(settings_.plain / std::max(best.plainness, 1e-3), 2); };
-        fit.reach[edge] = chosen;
-        fit.model[edge] = chosen == settings_.tight ? StepModel::plain : StepModel::full;
-        if (wanted() > settings_.longest) {  // too faint for so many unknowns
-            fit.model[edge] = StepModel::sloped;
-            fit.reach[edge] = settings_.narrow;
-        }
-        best = look(edge);
-        fit.length[edge] = std::clamp(wanted(), settings_.stretch, settings_.longest);
+    return {median(noise), median(plainness), noise.size()};
+}
+
+/// Far from everything else a wide reading tells the edge from the slopes of light beside it best; a moulding or a frame beside it allows
+/// only a narrow one: it shows as noise, and hides the edge. And a faint edge needs long pieces. The pieces hold a wide reading.
+void CornerFitter::choose_reach(CornerEdge edge, CornerFit& fit) const {
+    EdgeLook& look = fit.look[edge];
+    Reading best;
+    double chosen = settings_.tight;
+    for (const double reach : {settings_.tight, settings_.narrow, settings_.wide}) {
+        look.reach = reach;
+        look.model = reach == settings_.tight ? StepModel::plain : StepModel::full;
+        const Reading now = reading_of(edge, fit);
+        const bool as_good = best.seen == 0 || (now.noise < settings_.noisier * best.noise && 10 * now.seen >= 8 * best.seen);
+        if (now.seen == 0 || !as_good) continue;
+        best = now;
+        chosen = reach;
     }
+    const auto wanted = [&] { return 1.5 * settings_.stretch * std::pow(settings_.plain / std::max(best.plainness, 1e-3), 2); };
+    look.reach = chosen;
+    look.model = chosen == settings_.tight ? StepModel::plain : StepModel::full;
+    if (wanted() > settings_.longest) {  // too faint for so many unknowns
+        look.model = StepModel::sloped;
+        look.reach = settings_.narrow;
+    }
+    best = reading_of(edge, fit);
+    look.length = std::clamp(wanted(), settings_.stretch, settings_.longest);
 }
 
 void CornerFitter::update_blur(CornerFit& fit) const {
     std::array<double, 3> sigma = {1e9, 1e9, 1e9};  // px, of each edge's blur
     for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
-        if (fit.model[edge] != StepModel::full) continue;
+        if (fit.look[edge].model != StepModel::full) continue;
         double sum = 0;
         double weights = 0;
         for (const EdgePiece& piece : fit.pieces) {
@@ -278,7 +300,7 @@ void CornerFitter::update_blur(CornerFit& fit) const {
             weights += weight;
         }
         if (weights <= 0) continue;
-        fit.blur[edge] = sum / weights;
+        fit.look[edge].blur = sum / weights;
         sigma[edge] = 1 / std::sqrt(weights);
     }
     // One lens drew all three: an edge that is much wider than the best known is two edges side by side (stay with the one that is
@@ -286,28 +308,20 @@ void CornerFitter::update_blur(CornerFit& fit) const {
     const auto best = static_cast<std::size_t>(std::min_element(sigma.begin(), sigma.end()) - sigma.begin());
     if (sigma[best] > 1) return;
     for (std::size_t edge = 0; edge < 3; ++edge) {
-        const bool merged = fit.blur[edge] - 2 * sigma[edge] > settings_.merged * (fit.blur[best] + 2 * sigma[best]);
+        if (fit.kind[edge] == EdgeKind::crease) continue;
+        const bool merged = fit.look[edge].blur - 2 * sigma[edge] > settings_.merged * (fit.look[best].blur + 2 * sigma[best]);
         if (sigma[edge] < 1 && !merged) continue;
-        fit.blur[edge] = fit.blur[best];
+        fit.look[edge].blur = fit.look[best].blur;
         if (sigma[edge] > 1) continue;
-        fit.reach[edge] = settings_.tight;
-        fit.model[edge] = StepModel::plain;
+        fit.look[edge].reach = settings_.tight;
+        fit.look[edge].model = StepModel::plain;
     }
 }
 
 bool CornerFitter::refine(LumaView frame, double wall_angle, double capture, CornerFit& fit) const {
-    // The wide steps change what is known of the edges' look; keep it.
-    const auto blur = fit.blur;
-    const auto reach = fit.reach;
-    const auto length = fit.length;
-    const auto model = fit.model;
+    const auto look = fit.look;  // which the wide steps change
     if (!approach(frame, wall_angle, capture, fit)) return false;
-    if (fit.look_known) {
-        fit.blur = blur;
-        fit.reach = reach;
-        fit.length = length;
-        fit.model = model;
-    }
+    if (fit.look_known) fit.look = look;
     return finish(frame, wall_angle, fit);
 }
 
@@ -315,12 +329,9 @@ bool CornerFitter::approach(LumaView frame, double wall_angle, double capture, C
     // From wide and coarse to fine: a step is found within about its own blur.
     double blur = std::max(std::min(capture, settings_.widest_capture) / settings_.largest_offset, settings_.blur);
     const int rounds = capture > settings_.near ? 2 : 1;
-    fit.reach.fill(3);
-    fit.length.fill(1.5 * settings_.stretch);
-    fit.model.fill(StepModel::coarse);
     for (bool last = false; !last; blur *= 0.5) {
         last = blur < 1.7 || fit.look_known;
-        fit.blur.fill(blur);
+        look_like({blur, 3, 1.5 * settings_.stretch, StepModel::coarse}, fit);
         for (int i = 0; i < rounds; ++i) {
             read(frame, wall_angle, 3, fit);
             if (!step(wall_angle, 3 * settings_.outlier, fit)) return false;
@@ -332,16 +343,18 @@ bool CornerFitter::approach(LumaView frame, double wall_angle, double capture, C
 bool CornerFitter::finish(LumaView frame, double wall_angle, CornerFit& fit) const {
     if (!fit.look_known) {
         // How blurred are edges here, and how far to the side may they be read?
-        fit.blur.fill(settings_.blur);
-        fit.reach.fill(settings_.narrow);
-        fit.length.fill(1.5 * settings_.stretch);
-        fit.model.fill(StepModel::full);
+        look_like({settings_.blur, settings_.narrow, 1.5 * settings_.stretch, StepModel::full}, fit);
         read(frame, wall_angle, 2, fit);
         update_blur(fit);
-        fit.reach.fill(settings_.wide);
-        fit.model.fill(StepModel::full);
+        for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+            if (fit.kind[edge] == EdgeKind::crease) continue;
+            fit.look[edge].reach = settings_.wide;
+            fit.look[edge].model = StepModel::full;
+        }
         read(frame, wall_angle, 2, fit);
-        choose_reach(fit);
+        for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+            if (fit.kind[edge] != EdgeKind::crease) choose_reach(edge, fit);
+        }
         update_blur(fit);
         if (!step(wall_angle, settings_.outlier, fit)) return false;
     }
@@ -356,10 +369,7 @@ bool CornerFitter::finish(LumaView frame, double wall_angle, CornerFit& fit) con
 
 bool CornerFitter::finish_softly(LumaView frame, double wall_angle, CornerFit& fit) const {
     fit.look_known = false;
-    fit.blur.fill(settings_.soft_blur);
-    fit.reach.fill(settings_.tight);
-    fit.length.fill(1.5 * settings_.stretch);
-    fit.model.fill(StepModel::plain);
+    look_like({settings_.soft_blur, settings_.tight, 1.5 * settings_.stretch, StepModel::plain}, fit);
     constexpr int rounds = 4;
     for (int i = 0; i < rounds; ++i) {
         read(frame, wall_angle, 1, fit);

@@ -37,6 +37,9 @@ struct CornerFitSettings {
     double largest_offset = 1.2;            // blurs: a step farther off belongs to something else
     double model_sigma = 0.017;             // px: real edges are not quite straight
     double soft_blur = 1.6;                 // px, of finish_softly()
+    double crease = 1.6;                    // px: half the width of a crease, as the lens draws it
+    double crease_reach = 5;                // of that: how far from a crease the light is read
+    double crease_sigma = 0.25;             // px: a crease lies this far beside where the walls meet, all of it to the same side
     double merged = 1.8;                    // times the sharpest edge's blur: such an edge is two
     double outlier = 6;                     // standard deviations
     ContrastChange change;
@@ -56,16 +59,22 @@ struct EdgePiece {
     bool seen = false;                                 // there is a step where it should be
 };
 
+/// How an edge's pieces are read.
+struct EdgeLook {
+    double blur = 0;     // px
+    double reach = 0;    // blurs
+    double length = 16;  // px, of the pieces
+    StepModel model = StepModel::full;
+};
+
 struct CornerFit {
     CornerView view;
-    Matrix5d information = Matrix5d::Zero();      // of rotation (about the corner's axes, rad) and place
-    bool look_known = false;                      // blur, reach, length and model are those of the last frame: need not be found again
-    int counted = 0;                              // pieces that have a say
-    double spread = 1;                            // mean square of the seen pieces' offsets over their variances
-    std::array<double, 3> blur = {0, 0, 0};       // px
-    std::array<double, 3> reach = {0, 0, 0};      // blurs
-    std::array<double, 3> length = {16, 16, 16};  // px, of the pieces
-    std::array<StepModel, 3> model = {StepModel::full, StepModel::full, StepModel::full};
+    Matrix5d information = Matrix5d::Zero();  // of rotation (about the corner's axes, rad) and place
+    bool look_known = false;                  // the edges' look is that of the last frame: need not be found again
+    int counted = 0;                          // pieces that have a say
+    double spread = 1;                        // mean square of the seen pieces' offsets over their variances
+    std::array<EdgeKind, 3> kind = {EdgeKind::step, EdgeKind::step, EdgeKind::step};
+    std::array<EdgeLook, 3> look;
     std::array<bool, 3> shared = {false, false, false};  // single pieces hardly tell: those of this edge share their contrast
     std::vector<EdgePiece> pieces;
 };
@@ -83,7 +92,10 @@ public:
     /// Instead of finish(), for soft pictures and faint or crowded edges: long pieces, read closely, of a blur that is taken as known.
     bool finish_softly(LumaView frame, double wall_angle, CornerFit& fit) const;
 
-    /// Reads all pieces at the fit's view, blur, reach, length and model without moving it; only every `skip`-th row of each.
+    /// Has all edges read like this, but creases, which look the same however they are read.
+    void look_like(const EdgeLook& look, CornerFit& fit) const;
+
+    /// Reads all pieces at the fit's view and look without moving it; only every `skip`-th row of each.
     void read(LumaView frame, double wall_angle, int skip, CornerFit& fit) const;
 
     /// Reads all pieces at the fit's view as finish() does in the end, for how exact that view is. False if they do not hold it.
@@ -93,9 +105,15 @@ public:
 
 private:
     Vector5d sum_up(double gate, CornerFit& fit) const;
+    void leave_open_offset(CornerEdge edge, double gate, CornerFit& fit, Vector5d& pull) const;
     std::optional<Eigen::LDLT<Matrix5d>> factored(const CornerFit& fit) const;
     bool step(double wall_angle, double gate, CornerFit& fit) const;
-    void choose_reach(CornerFit& fit) const;
+    struct Reading {
+        double noise = 0, plainness = 0;  // medians over the pieces that are seen, and over all
+        std::size_t seen = 0;
+    };
+    Reading reading_of(CornerEdge edge, CornerFit& fit) const;
+    void choose_reach(CornerEdge edge, CornerFit& fit) const;
     void judge(const CornerFit& fit, EdgePiece& piece) const;
     void leave_out_what_follows(CornerEdge edge, CornerFit& fit) const;
     void share_contrast(CornerEdge edge, CornerFit& fit) const;

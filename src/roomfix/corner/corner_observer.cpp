@@ -64,14 +64,16 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
     for (const CornerHints::Expected& expected : hints.expected) {
         const double capture = 3 * expected.sigma;
         if (capture > settings_.fit.widest_capture) continue;  // it may be anywhere: look everywhere
-        // Edges look as in the last frame; if they do not, look afresh.
-        std::optional<double> score;
-        for (const bool known : {true, false}) {
-            if (known && !fit_.look_known) continue;
+        const auto look = [&](bool known, EdgeKind kind) {
             fit_.look_known = known;
+            fit_.kind[wall_edge] = kind;
             fit_.view = expected.view;
-            if (fitter_.refine(frame, expected.wall_angle, capture, fit_)) score = score_of(fit_, true);
-            if (score) break;
+            return fitter_.refine(frame, expected.wall_angle, capture, fit_) ? score_of(fit_, true) : std::nullopt;
+        };
+        // Edges look as in the last frame; if they do not, look afresh.
+        auto score = fit_.look_known ? look(true, fit_.kind[wall_edge]) : std::nullopt;
+        for (const EdgeKind kind : {EdgeKind::step, EdgeKind::crease}) {
+            if (!score) score = look(false, kind);
         }
         fit_.look_known = score.has_value();
         if (!score) continue;
@@ -83,18 +85,28 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
     return result.predicted;
 }
 
+/// Another explanation, where the first does not hold. If that holds no better, why the first does not is what people want to know.
+template <class Explain>
+auto CornerObserver::instead(const Explain& explain) {
+    const std::string refusal = refusal_;
+    auto found = explain();
+    if (!found && !refusal.empty()) refusal_ = refusal;
+    return found;
+}
+
 void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, CornerResult& result) {
     finder_.find(frame, points_);
     line_search_.find(points_, finder_.reduction(), lines_);
     search_.find(lines_, hints.gravity, found_);
+    refusal_.clear();
     const std::size_t triples = found_.candidates.size();
     refusal_.clear();
-    bool found = explain(frame, hints, result);
-    if (!found) {
-        search_.complete(frame, fitter_.light(), settler_.edges(), hints.gravity, found_);
-        found = explain(frame, hints, result);
-    }
-    if (found) return;
+    if (explain(frame, hints, result)) return;
+    const auto complete = [&](EdgeKind kind) {
+        search_.complete(frame, fitter_.light(), settler_.edges(), kind, hints.gravity, found_);
+        return explain(frame, hints, result);
+    };
+    if (complete(EdgeKind::step) || instead([&] { return complete(EdgeKind::crease); })) return;
     add_rejected({-1, -1, -1}, result);
     if (points_.empty()) {
         result.reason = "no corner: the picture is blank";
@@ -110,18 +122,28 @@ void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, C
     }
 }
 
-/// Reads a candidate's edges. `faintly`: pieces of an edge may be too faint one by one, as long as all of them together show it.
+/// Reads a candidate's edges, the walls' one as a step or as a crease. `faintly`: pieces of an edge may be too faint one by one, as long as all of them
+/// together show it.
+std::optional<double> CornerObserver::read_candidate(LumaView frame, const CornerCandidate& candidate, EdgeKind kind, bool faintly, CornerFit& fit) {
+    fit.view = candidate.view;
+    fit.kind[wall_edge] = kind;
+    if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, fit)) return std::nullopt;
+    if (const auto score = score_of(fit, false)) return score;
+    if (!faintly) return std::nullopt;
+    fit.view = candidate.view;
+    const CornerEdge faintest = settler_.faintest(fit);
+    if (settler_.settle(frame, candidate.wall_angle, faintest, fit.kind[faintest], fit.view).mean <= settings_.sure_group) return std::nullopt;
+    return 0.5 * candidate.score;
+}
+
 void CornerObserver::try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly) {
     Explanation explanation;
     explanation.wall_angle = candidate.wall_angle;
     explanation.lines = candidate.lines;
     CornerFit& fit = explanation.fit;
-    fit.view = candidate.view;
-    if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, fit)) return;
-    auto score = score_of(fit, false);
-    if (!score && faintly) {
-        fit.view = candidate.view;
-        if (settler_.settle(frame, candidate.wall_angle, settler_.faintest(fit), fit.view).mean > settings_.sure_group) score = 0.5 * candidate.score;
+    auto score = read_candidate(frame, candidate, candidate.wall_edge_kind, faintly, fit);
+    if (!score && candidate.wall_edge_kind == EdgeKind::step) {
+        score = instead([&] { return read_candidate(frame, candidate, EdgeKind::crease, faintly, fit); });
     }
     if (!score) return;
     explanation.doubt = doubt_of(fit.view, candidate.wall_angle, hints);
@@ -180,13 +202,38 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
 
 /// Fits an explanation to the end. Its score; nothing if it does not hold.
 std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explanation) {
+    Explanation other = explanation;
+    const EdgeKind kind = explanation.fit.kind[wall_edge];
+    const auto score = refine_as_is(frame, explanation);
+    const auto walls_edge = [&](const CornerFit& fit) { return edge_support(fit, settings_.straightness)[wall_edge]; };
+    const auto is_whole = [&](const EdgeSupport& edge) { return edge.seen > settings_.whole_edge * edge.visible; };
+    const EdgeSupport own = walls_edge(explanation.fit);
+    const bool is_step = kind == EdgeKind::step && explanation.seen && is_whole(own) && excess_scatter(explanation.fit) == 1;
+    if (is_step || (score && kind == EdgeKind::crease) || (!score && explanation.seen)) return score;
+    // Half of a crease may pass for a step.
+    other.fit.kind[wall_edge] = kind == EdgeKind::step ? EdgeKind::crease : EdgeKind::step;
+    const auto other_score = instead([&] { return refine_as_is(frame, other); });
+    if (!other_score) return score;
+    if (score) {
+        const EdgeSupport others = walls_edge(other.fit);
+        const double less_scatter = other.fit.spread / explanation.fit.spread;
+        const bool better = less_scatter < settings_.clearly || (less_scatter < 1 && *other_score > *score + settings_.score_scale);
+        if (!better || !is_whole(others) || others.seen < own.seen) return score;
+    }
+    explanation = std::move(other);
+    return other_score;
+}
+
+std::optional<double> CornerObserver::refine_as_is(LumaView frame, Explanation& explanation) {
     CornerFit& fit = explanation.fit;
     settle_height(frame, explanation);
     const CornerEdge hardest = settler_.faintest(fit);
-    if (fit.shared[hardest]) settler_.settle(frame, explanation.wall_angle, hardest, fit.view);
+    if (fit.shared[hardest]) settler_.settle(frame, explanation.wall_angle, hardest, fit.kind[hardest], fit.view);
     const auto score = fit_to_the_end(frame, explanation.wall_angle, fit);
     if (!score || !is_seen_enough(explanation)) return std::nullopt;
-    const SettledEdge faintest = settler_.settle(frame, explanation.wall_angle, settler_.faintest(fit), fit.view);
+    explanation.seen = true;
+    const CornerEdge least = settler_.faintest(fit);
+    const SettledEdge faintest = settler_.settle(frame, explanation.wall_angle, least, fit.kind[least], fit.view);
     if (faintest.moved) {
         const bool holds = fit_again(frame, explanation.wall_angle, fit) && score_of(fit, true) && is_seen_enough(explanation);
         if (!holds) return std::nullopt;
@@ -194,6 +241,10 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
     const CornerCompanions companions = companions_of(fit.view, explanation.wall_angle, lines_, model_, settings_.outside);
     if (companions.outside > companions.inside) {
         refusal_ = "the likeliest three lines are a corner that stands out into the room";
+        return std::nullopt;
+    }
+    if (fit.kind[wall_edge] == EdgeKind::crease && !is_deep_enough(frame, fit)) {
+        refusal_ = "the walls' edge is a crease too shallow to be told from the walls' grain";
         return std::nullopt;
     }
     const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
@@ -241,6 +292,19 @@ bool CornerObserver::is_seen_enough(const Explanation& explanation) {
         return false;
     }
     return true;
+}
+
+/// Walls have a grain, and are darker towards their edge: a crease is deeper than that.
+bool CornerObserver::is_deep_enough(LumaView frame, const CornerFit& fit) const {
+    double depth = 0, light = 0;
+    for (const EdgePiece& piece : fit.pieces) {
+        if (piece.edge != wall_edge || !piece.seen) continue;
+        const Eigen::Vector2d middle = 0.5 * (piece.stretch.from + piece.stretch.to);
+        depth += piece.length * piece.step.contrast;
+        const std::uint8_t grey = frame.row(static_cast<int>(middle.y()))[static_cast<int>(middle.x())];
+        light += piece.length * static_cast<double>(fitter_.light()[grey]);
+    }
+    return depth < -settings_.least_depth * light;
 }
 
 /// Fits anew from where a faint edge was turned to. If the pieces would turn it away from there again, the light along all of it is believed.
@@ -322,11 +386,7 @@ std::optional<double> CornerObserver::score_of(const CornerFit& fit, bool final_
 /// them.
 void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
     CornerFit& fit = explanation.fit;
-    const double reach = LightProfile::widest;
-    fit.blur = {1, 1, 1};
-    fit.reach = {reach, reach, reach};
-    fit.length.fill(1.5 * settings_.fit.stretch);
-    fit.model.fill(StepModel::coarse);
+    fitter_.look_like({1, LightProfile::widest, 1.5 * settings_.fit.stretch, StepModel::coarse}, fit);
     fitter_.read(frame, explanation.wall_angle, 1, fit);
     find_parallel_corners(fit, model_.height, settings_.parallel, parallels_);
     // From the fit's own corner downwards: each lower one, unless the walls' edge goes on above it.

@@ -43,6 +43,9 @@ struct CornerSettings {
     double plain_edges = 560;        // px at 640 px of width: it is no less than this
     double straightness = 0.35;      // px: real edges bend this much
     double largest_gap = 70;         // px from the corner to where an edge is seen first
+    double whole_edge = 0.9;         // part of the walls' edge: where less is seen of a step, it may rather be a crease of which this much is
+    double clearly = 0.7;            // of its scatter: what leaves less explains the walls' edge clearly better
+    double least_depth = 0.05;       // of the light: a shallower crease is none
     double largest_spread = 12;      // of the pieces' offsets over their variances
     double score_scale = 25;         // px of edges seen that make one of two explanations e times likelier
     double largest_moulding = 0.09;  // of the picture's height: parallel edges this close are a moulding's,
@@ -93,13 +96,19 @@ private:
         double score = 0;
         double doubt = 0;  // see doubt_of()
         std::array<int, 3> lines = {-1, -1, -1};
+        bool seen = false;                // enough of its three lines, once they were fitted
         std::optional<CornerEdge> faint;  // an edge that may as well run elsewhere
     };
     bool look_where_expected(LumaView frame, const CornerHints& hints, CornerResult& result);
     void look_everywhere(LumaView frame, const CornerHints& hints, CornerResult& result);
+    template <class Explain>
+    auto instead(const Explain& explain);
+    std::optional<double> read_candidate(LumaView frame, const CornerCandidate& candidate, EdgeKind kind, bool faintly, CornerFit& fit);
     void try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly);
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
     std::optional<double> refine(LumaView frame, Explanation& explanation);
+    std::optional<double> refine_as_is(LumaView frame, Explanation& explanation);
+    bool is_deep_enough(LumaView frame, const CornerFit& fit) const;
     std::optional<double> fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit);
     bool is_seen_enough(const Explanation& explanation);
     bool fit_again(LumaView frame, double wall_angle, CornerFit& fit) const;

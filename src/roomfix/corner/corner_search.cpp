@@ -65,10 +65,10 @@ void CornerSearch::try_triple(const std::vector<SceneLine>& lines, const std::ar
         rays.directions[i] = half->sign * line.along();
         score += score_of(*half);
     }
-    add_solutions(rays, score, which, gravity, candidates);
+    add_solutions(rays, EdgeKind::step, score, which, gravity, candidates);
 }
 
-void CornerSearch::add_solutions(const CornerRays& rays, double score, const std::array<int, 3>& which, const std::optional<Gravity>& gravity,
+void CornerSearch::add_solutions(const CornerRays& rays, EdgeKind third, double score, const std::array<int, 3>& which, const std::optional<Gravity>& gravity,
                                  std::vector<CornerCandidate>& candidates) const {
     for (std::size_t i = 0; i < 3; ++i) {
         if (rays.directions[i].dot(rays.directions[(i + 1) % 3]) > std::cos(radians(settings_.least_angle))) return;
@@ -78,13 +78,15 @@ void CornerSearch::add_solutions(const CornerRays& rays, double score, const std
         // A camera that looks nearly straight up may be turned in any way.
         return std::atan2(std::abs(down.x()), down.y()) < radians(settings_.steepest) || std::hypot(down.x(), down.y()) < 0.12;
     };
-    for (const CornerRays& labelled : labellings(rays)) {
+    const auto all = labellings(rays);
+    for (std::size_t walls_edge = third == EdgeKind::crease ? 2 : 0; walls_edge < 3; ++walls_edge) {
+        const CornerRays& labelled = all[walls_edge];
         for (const double angle : wall_angles_) {
             const CornerSolutions solutions = solve_corner(labelled, angle);
             for (int s = 0; s < solutions.count; ++s) {
                 const CornerView& view = solutions.views[static_cast<std::size_t>(s)];
                 const Eigen::Vector3d down = -view.corner_from_camera.row(2).transpose();
-                if (view.place.norm() < settings_.farthest && upright(down)) candidates.push_back({view, angle, score, which});
+                if (view.place.norm() < settings_.farthest && upright(down)) candidates.push_back({view, angle, score, which, third});
             }
         }
     }
@@ -122,8 +124,8 @@ void CornerSearch::find(const std::vector<SceneLine>& lines, const std::optional
 }
 
 /// Directions from the junction that a third edge could have and along which the light steps, the plainest first.
-std::vector<Eigen::Vector2d> CornerSearch::faint_directions(LumaView frame, const LightTable& light, const FaintEdges& edges, const CornerJunction& junction,
-                                                            const std::optional<Gravity>& gravity) const {
+std::vector<Eigen::Vector2d> CornerSearch::faint_directions(LumaView frame, const LightTable& light, const FaintEdges& edges, EdgeKind kind,
+                                                            const CornerJunction& junction, const std::optional<Gravity>& gravity) const {
     constexpr int directions = 240;
     constexpr double turn = 2 * std::numbers::pi / directions;
     constexpr int skip = 3;
@@ -134,8 +136,8 @@ std::vector<Eigen::Vector2d> CornerSearch::faint_directions(LumaView frame, cons
     for (int i = 0; i < directions; ++i) {
         const Eigen::Vector2d direction(std::cos(i * turn), std::sin(i * turn));
         possible.clear();
-        add_solutions({junction.point, {junction.directions[0], junction.directions[1], direction}}, 0, {0, 0, -1}, gravity, possible);
-        if (!possible.empty()) plain[static_cast<std::size_t>(i)] = edges.along(frame, light, junction.point, direction, skip, softer).plain;
+        add_solutions({junction.point, {junction.directions[0], junction.directions[1], direction}}, kind, 0, {0, 0, -1}, gravity, possible);
+        if (!possible.empty()) plain[static_cast<std::size_t>(i)] = edges.along(frame, light, junction.point, direction, kind, skip, softer).plain;
     }
     std::vector<std::pair<double, int>> peaks;
     for (int i = 0; i < directions; ++i) {
@@ -148,19 +150,19 @@ std::vector<Eigen::Vector2d> CornerSearch::faint_directions(LumaView frame, cons
     std::vector<FaintEdges::Peak> fine;
     for (const auto& [strength, i] : peaks) {
         const Eigen::Vector2d direction(std::cos(i * turn), std::sin(i * turn));
-        edges.peaks(frame, light, junction.point, direction, 0.5 * turn, fine);
+        edges.peaks(frame, light, junction.point, direction, kind, 0.5 * turn, fine);
         if (!fine.empty()) found.push_back(Eigen::Rotation2Dd(fine[0].turn) * direction);
     }
     return found;
 }
 
-void CornerSearch::complete(LumaView frame, const LightTable& light, const FaintEdges& edges, const std::optional<Gravity>& gravity,
+void CornerSearch::complete(LumaView frame, const LightTable& light, const FaintEdges& edges, EdgeKind kind, const std::optional<Gravity>& gravity,
                             CornerSearchResult& result) const {
     result.candidates.clear();
     for (const CornerJunction& junction : result.junctions) {
-        for (const Eigen::Vector2d& third : faint_directions(frame, light, edges, junction, gravity)) {
+        for (const Eigen::Vector2d& third : faint_directions(frame, light, edges, kind, junction, gravity)) {
             const CornerRays rays{junction.point, {junction.directions[0], junction.directions[1], third}};
-            add_solutions(rays, junction.score, {junction.lines[0], junction.lines[1], -1}, gravity, result.candidates);
+            add_solutions(rays, kind, junction.score, {junction.lines[0], junction.lines[1], -1}, gravity, result.candidates);
         }
     }
     if (result.candidates.size() > settings_.most) result.candidates.resize(settings_.most);

@@ -38,6 +38,7 @@ struct CornerCandidate {
     double wall_angle = 0;
     double score = 0;                      // px of edge points along the three lines, less what speaks against
     std::array<int, 3> lines = {0, 0, 0};  // of the search
+    EdgeKind wall_edge_kind = EdgeKind::step;
 };
 
 /// Two lines that meet where a corner might be whose third line is too faint for a line of its own.
@@ -61,9 +62,10 @@ public:
     /// Every Y that the lines make, and every pair of lines that lacks a third.
     void find(const std::vector<SceneLine>& lines, const std::optional<Gravity>& gravity, CornerSearchResult& result) const;
 
-    /// Looks in the picture itself for the third line of each junction: a faint step of light is plain once it is summed up along a line.
-    /// Replaces `result.candidates`.
-    void complete(LumaView frame, const LightTable& light, const FaintEdges& edges, const std::optional<Gravity>& gravity, CornerSearchResult& result) const;
+    /// Looks in the picture itself for the third line of each junction: a faint step of light is plain once it is summed up along a line. A crease may only be
+    /// the edge between the walls. Replaces `result.candidates`.
+    void complete(LumaView frame, const LightTable& light, const FaintEdges& edges, EdgeKind kind, const std::optional<Gravity>& gravity,
+                  CornerSearchResult& result) const;
 
 private:
     struct HalfLine {
@@ -77,10 +79,10 @@ private:
     bool in_picture(const Eigen::Vector2d& point) const;
     void try_triple(const std::vector<SceneLine>& lines, const std::array<int, 3>& which, const std::optional<Gravity>& gravity,
                     std::vector<CornerCandidate>& candidates) const;
-    void add_solutions(const CornerRays& rays, double score, const std::array<int, 3>& which, const std::optional<Gravity>& gravity,
+    void add_solutions(const CornerRays& rays, EdgeKind third, double score, const std::array<int, 3>& which, const std::optional<Gravity>& gravity,
                        std::vector<CornerCandidate>& candidates) const;
-    std::vector<Eigen::Vector2d> faint_directions(LumaView frame, const LightTable& light, const FaintEdges& edges, const CornerJunction& junction,
-                                                  const std::optional<Gravity>& gravity) const;
+    std::vector<Eigen::Vector2d> faint_directions(LumaView frame, const LightTable& light, const FaintEdges& edges, EdgeKind kind,
+                                                  const CornerJunction& junction, const std::optional<Gravity>& gravity) const;
 
     CameraModel model_;
     std::vector<double> wall_angles_;

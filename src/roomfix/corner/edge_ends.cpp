@@ -39,7 +39,11 @@ bool EdgeEnds::continues_above(LumaView frame, const CornerFit& lower, double wa
     LightProfile profile;
     EdgeStep step;
     const LineStretch between{*upper + 0.15 * (*pixel - *upper), *pixel - 0.15 * (*pixel - *upper)};
-    if (!read_profile(frame, light_, between, 5, 1, profile) || !fit_step(profile, lower.blur[wall_edge], 5, StepModel::coarse, step)) return false;
+    const bool crease = lower.kind[wall_edge] == EdgeKind::crease;
+    const EdgeLook& look = lower.look[wall_edge];
+    const double reach = crease ? look.reach * look.blur : 5;
+    const StepModel model = crease ? StepModel::crease : StepModel::coarse;
+    if (!read_profile(frame, light_, between, reach, 1, profile) || !fit_step(profile, look.blur, reach, model, step)) return false;
     return goes_on(step, mean, settings_.plainly_above);
 }
 
@@ -57,7 +61,7 @@ bool EdgeEnds::end_at_corner(LumaView frame, const CornerFit& fit, double wall_a
             const auto from = pixel_beyond(near);
             const auto to = pixel_beyond(far);
             if (!from || !to || !model_.contains(*from, 6) || !model_.contains(*to, 6)) return false;
-            return read_profile(frame, light_, {*to, *from}, 5, 1, profile) && fit_step(profile, fit.blur[edge], 5, StepModel::coarse, step);
+            return read_profile(frame, light_, {*to, *from}, 5, 1, profile) && fit_step(profile, fit.look[edge].blur, 5, StepModel::coarse, step);
         };
         if (!read(settings_.beyond_from, settings_.beyond_to)) continue;
         if (goes_on(step, mean, settings_.plainly_beyond)) return false;

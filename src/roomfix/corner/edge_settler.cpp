@@ -23,17 +23,17 @@ CornerEdge EdgeSettler::faintest(const CornerFit& fit) const {
     return least;
 }
 
-SettledEdge EdgeSettler::settle(LumaView frame, double wall_angle, CornerEdge edge, CornerView& view) {
+SettledEdge EdgeSettler::settle(LumaView frame, double wall_angle, CornerEdge edge, EdgeKind kind, CornerView& view) {
     SettledEdge settled;
     const auto rays = corner_rays(view, wall_angle);
     if (!rays) return settled;
     const double group = settings_.light.piece * settings_.light.together;
     const auto mean = [&](const EdgeEvidence& e) { return e.plain * group / std::max(e.visible, group); };
-    const EdgeEvidence own = edges_.along(frame, light_, rays->corner, rays->directions[edge]);
+    const EdgeEvidence own = edges_.along(frame, light_, rays->corner, rays->directions[edge], kind);
     settled.edge = edge;
     settled.mean = mean(own);
     if (settled.mean > settings_.plain_group) return settled;
-    edges_.peaks(frame, light_, rays->corner, rays->directions[edge], settings_.span, peaks_);
+    edges_.peaks(frame, light_, rays->corner, rays->directions[edge], kind, settings_.span, peaks_);
     if (peaks_.empty()) return settled;
     const bool other = peaks_[0].evidence.plain > settings_.plainer * own.plain;
     const double turn = other ? peaks_[0].turn : 0;

@@ -35,7 +35,7 @@ public:
     CornerEdge faintest(const CornerFit& fit) const;
 
     /// Turns the edge to where its light is the plainest, and the view with it.
-    SettledEdge settle(LumaView frame, double wall_angle, CornerEdge edge, CornerView& view);
+    SettledEdge settle(LumaView frame, double wall_angle, CornerEdge edge, EdgeKind kind, CornerView& view);
 
     const FaintEdges& edges() const { return edges_; }
 

@@ -43,6 +43,7 @@ using Row = Eigen::Matrix<double, unknowns, 1>;
 
 /// Is this column of fit_step() an unknown of the model?
 bool is_free(StepModel model, int column) {
+    if (model == StepModel::crease) return column != 5;
     switch (column) {
         case 1:
             return model < StepModel::coarse;
@@ -185,8 +186,8 @@ bool read_profile(LumaView frame, const LightTable& light, const LineStretch& st
 }
 
 bool fit_step(const LightProfile& profile, double blur, double reach, StepModel model, EdgeStep& step) {
-    // Columns: 1, distance, step, its change with the offset and with the blur, a change of slope; last the light itself. Single precision
-    // is enough once the mean light is taken away, and the sums run over whole vectors of it.
+    // Columns: 1, distance, step, its change with the offset and with the blur, a change of slope; or 1, distance, crease, its change with the offset, a step,
+    // a change of slope; last the light itself. Single precision is enough once the mean light is taken away, and the sums run over whole vectors of it.
     constexpr int columns_in_all = unknowns + 1;
     using Column = Eigen::Array<float, LightProfile::most, 1>;
     std::array<Column, columns_in_all> design;
@@ -194,6 +195,8 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     const float inverse_blur = static_cast<float>(1 / blur);
     const float square_blur = static_cast<float>(blur * blur);
     const float limit = static_cast<float>(reach);
+    const bool is_crease = model == StepModel::crease;
+    const float bell_to_one = static_cast<float>(std::sqrt(2 * std::numbers::pi));
     int used = 0;
     float mean = 0;
     float total = 0;
@@ -205,9 +208,16 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
         const float bell = shape.bell[i] * inverse_blur;
         design[0][used] = 1;
         design[1][used] = d;
-        design[2][used] = shape.step[i];
-        design[3][used] = -bell;
-        design[4][used] = -bell * z;
+        if (is_crease) {
+            const float crease = shape.bell[i] * bell_to_one;
+            design[2][used] = crease;
+            design[3][used] = crease * z * inverse_blur;
+            design[4][used] = shape.step[shape.at(d)];  // as sharp as lenses draw it
+        } else {
+            design[2][used] = shape.step[i];
+            design[3][used] = -bell;
+            design[4][used] = -bell * z;
+        }
         design[5][used] = d * shape.step[i] + bell * square_blur;
         design[6][used] = at.light;
         weight[used] = at.count;
@@ -246,7 +256,7 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     step.contrast_sigma = std::sqrt(step.noise * factors.inverse_entry(2));
     step.offset = fit[3] / fit[2];
     step.variance = step.noise * factors.inverse_entry(3) * by_contrast;
-    step.blur = blur + fit[4] / fit[2];
+    step.blur = is_crease ? blur : blur + fit[4] / fit[2];
     step.blur_variance = step.noise * factors.inverse_entry(4) * by_contrast;
     return std::isfinite(step.offset) && std::isfinite(step.variance) && step.variance > 0;
 }

@@ -53,16 +53,19 @@ struct LightProfile {
 /// False where the stretch leaves the picture.
 bool read_profile(LumaView frame, const LightTable& light, const LineStretch& stretch, double reach, int skip, LightProfile& profile);
 
-/// A blurred step of light across the stretch.
+/// A blurred step of light across the stretch, or a crease: a line, mostly a dark one, where two walls meet that are equally light.
 struct EdgeStep {
     double offset = 0;          // px from the stretch along its normal
     double variance = 1;        // px^2, of the offset; from what the model leaves of the light
-    double contrast = 0;        // light on the normal's side less light on the other; 0..255 in linear light
+    double contrast = 0;        // light on the normal's side less light on the other, or in a crease less light beside it; 0..255 in linear light
     double contrast_sigma = 1;  // of the contrast
     double blur = 0;            // px, standard deviation of the blurred edge, as this stretch sees it
     double blur_variance = 1;   // px^2
     double noise = 0;           // of the light: variance of one pixel about the model
 };
+
+/// How an edge shows.
+enum class EdgeKind { step, crease };
 
 /// What of the light around a step is fitted: the fewer unknowns, the less exact, and the less easily led astray.
 enum class StepModel {
@@ -70,10 +73,11 @@ enum class StepModel {
     sloped,  // a step of known blur between two slopes
     plain,   // a step of known blur on one slope
     coarse,  // a step of known blur
+    crease,  // a crease of known width, and a step, on one slope
 };
 
-/// Fits a blurred step c Phi((d - offset) / blur) to the profile within `reach`; to first order in the offset and the blur, so read again at
-/// the place it tells. False where too few distances were read.
+/// Fits a blurred step c Phi((d - offset) / blur), or a crease c exp(-((d - offset) / blur)^2 / 2), to the profile within `reach`; to first order in the
+/// offset and the blur, so read again at the place it tells. A crease's blur is its width, and is not fitted. False where too few distances were read.
 bool fit_step(const LightProfile& profile, double blur, double reach, StepModel model, EdgeStep& step);
 
 }  // namespace roomfix

@@ -24,10 +24,12 @@ double saturated(double squared, const FaintEdgeSettings& settings) { return set
 
 FaintEdges::FaintEdges(const CameraModel& model, const FaintEdgeSettings& settings) : model_(model), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {}
 
-EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, int skip,
-                               double softer) const {
+EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, EdgeKind kind,
+                               int skip, double softer) const {
     EdgeEvidence evidence;
-    const double blur = softer * settings_.blur;
+    const bool crease = kind == EdgeKind::crease;
+    const double blur = softer * (crease ? settings_.crease : settings_.blur);
+    const StepModel model = crease ? StepModel::crease : StepModel::plain;
     const double reach = std::min(5 * blur + 0.5, LightProfile::widest);
     EdgeContrasts pieces;
     const auto pixel_at = [&](double run) { return project(model_, (corner + direction * (run / focal_)).eval().homogeneous()); };
@@ -37,7 +39,7 @@ EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Ei
     while (pieces.size() < EdgeContrasts::capacity()) {
         const auto after = pixel_at(settings_.first_gap + settings_.piece * static_cast<double>(pieces.size() + 1));
         if (!before || !after || !model_.contains(*before, settings_.border) || !model_.contains(*after, settings_.border)) break;
-        const bool read = read_profile(frame, light, {*before, *after}, reach, skip, profile) && fit_step(profile, blur, reach, StepModel::plain, step);
+        const bool read = read_profile(frame, light, {*before, *after}, reach, skip, profile) && fit_step(profile, blur, reach, model, step);
         pieces.push_back(read ? PieceContrast{step.contrast, 1 / std::max(step.contrast_sigma * step.contrast_sigma, least_variance)} : PieceContrast{});
         before = after;
     }
@@ -57,10 +59,10 @@ EdgeEvidence FaintEdges::along(LumaView frame, const LightTable& light, const Ei
     return evidence;
 }
 
-void FaintEdges::peaks(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, double span,
+void FaintEdges::peaks(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, EdgeKind kind, double span,
                        std::vector<Peak>& found) const {
     const auto look = [&](double turn, int skip, double softer) {
-        return Peak{turn, along(frame, light, corner, Eigen::Rotation2Dd(turn) * direction, skip, softer)};
+        return Peak{turn, along(frame, light, corner, Eigen::Rotation2Dd(turn) * direction, kind, skip, softer)};
     };
     // Coarsely everywhere, then finely where it looked best.
     const double step = radians(coarse_turn);

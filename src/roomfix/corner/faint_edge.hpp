@@ -17,6 +17,7 @@ struct FaintEdgeSettings {
     double first_gap = 8;  // px left out at the corner
     double border = 8;     // px left out at the picture's border
     double blur = 1.2;     // px, of the edge
+    double crease = 1.6;   // px: half the width of a crease
     double saturation =
         40;  // squared standard deviations: of a plainer group of pieces more hardly counts, or the frame of a picture would outweigh a whole edge
     double plain_group = 9;  // squared standard deviations that make a group seen
@@ -39,7 +40,7 @@ public:
     explicit FaintEdges(const CameraModel& model, const FaintEdgeSettings& settings = {});
 
     /// `corner` and the unit vector `direction` in the normalised picture; only every `skip`-th row is read, as if it were `softer` times more blurred.
-    EdgeEvidence along(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, int skip = 1,
+    EdgeEvidence along(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, EdgeKind kind, int skip = 1,
                        double softer = 1) const;
 
     struct Peak {
@@ -47,7 +48,7 @@ public:
         EdgeEvidence evidence;
     };
     /// The directions within `span` (rad) of `direction` where light steps the plainest, the plainest first, at least two blurs apart at the far end.
-    void peaks(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, double span,
+    void peaks(LumaView frame, const LightTable& light, const Eigen::Vector2d& corner, const Eigen::Vector2d& direction, EdgeKind kind, double span,
                std::vector<Peak>& found) const;
 
 private:

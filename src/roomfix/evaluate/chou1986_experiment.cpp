@@ -269,12 +269,12 @@ struct Studio {
 
 }  // namespace
 
-ClutterReport run_cluttered(int pictures, std::uint64_t seed, const std::function<void(double)>& progress) {
+ClutterReport run_cluttered(int pictures, std::uint64_t seed, Walls walls, const std::function<void(double)>& progress) {
     ClutterReport report;
     Studio studio(seed);
     Random random(seed);
     for (int i = 0; i < pictures; ++i) {
-        const RoomShot shot = cluttered_shot(random);
+        const RoomShot shot = cluttered_shot(random, walls);
         studio.look(shot, static_cast<std::uint64_t>(i));
         auto lengths = visible_edges(shot, studio.model, studio.renderer, visible_contrast);
         std::sort(lengths.begin(), lengths.end());
@@ -297,12 +297,12 @@ ClutterReport run_cluttered(int pictures, std::uint64_t seed, const std::functio
     return report;
 }
 
-int run_cornerless(int pictures, std::uint64_t seed, const std::function<void(double)>& progress) {
+int run_cornerless(int pictures, std::uint64_t seed, Walls walls, const std::function<void(double)>& progress) {
     Studio studio(seed);
     Random random(seed);
     int found = 0;
     for (int i = 0; i < pictures; ++i) {
-        studio.look(cornerless_shot(random), static_cast<std::uint64_t>(i));
+        studio.look(cornerless_shot(random, walls), static_cast<std::uint64_t>(i));
         found += !studio.seen.corners.empty();
         if (progress) progress((i + 1.0) / pictures);
     }

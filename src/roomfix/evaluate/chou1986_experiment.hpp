@@ -11,6 +11,7 @@
 #include "roomfix/evaluate/line_chart.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/observation/corner_observation.hpp"
+#include "roomfix/simulate/room_shots.hpp"
 
 namespace roomfix {
 
@@ -74,8 +75,8 @@ struct ClutterReport {
     std::string first_wrong;
 };
 constexpr double visible_contrast = 4;
-ClutterReport run_cluttered(int pictures, std::uint64_t seed, const std::function<void(double)>& progress = {});
+ClutterReport run_cluttered(int pictures, std::uint64_t seed, Walls walls = Walls::plain, const std::function<void(double)>& progress = {});
 /// How many pictures without a corner give one.
-int run_cornerless(int pictures, std::uint64_t seed, const std::function<void(double)>& progress = {});
+int run_cornerless(int pictures, std::uint64_t seed, Walls walls = Walls::plain, const std::function<void(double)>& progress = {});
 
 }  // namespace roomfix

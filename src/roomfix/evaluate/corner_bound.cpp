@@ -79,9 +79,8 @@ Matrix5d corner_information(const RoomShot& shot, const CameraModel& model, cons
     // The stretches of the true edges, and how they move with the five unknowns.
     CornerFit fit;
     fit.view = true_view(shot);
-    fit.blur.fill(1);
-    fit.reach.fill(1);
     const CornerFitter fitter(model);
+    fitter.look_like({.blur = 1, .reach = 1}, fit);
     const LumaImage nothing(model.width, model.height);
     fitter.read(nothing, std::numbers::pi / 2, 1, fit);
     const double blur = std::sqrt(sensor.blur * sensor.blur + 1.0 / 12);

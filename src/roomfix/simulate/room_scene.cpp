@@ -124,6 +124,10 @@ private:
         hit.surface = 16 + static_cast<int>(index);
         const float size = static_cast<float>(scene_.texture_size);
         hit.texture = 1 + scene_.texture * plane_noise(along / size, place.z() / size, static_cast<int>(index), scene_.seed);
+        if (scene_.crease > 0) {
+            const float off = std::min(along, wall.length - along) / static_cast<float>(scene_.crease);
+            hit.texture *= 1 - scene_.crease_depth * std::exp(-0.5f * off * off);
+        }
         for (std::size_t i = scene_.patches.size(); i-- > 0;) {
             const WallPatch& patch = scene_.patches[i];
             if (patch.wall != index) continue;

@@ -58,6 +58,8 @@ struct RoomScene {
     float floor_albedo = 0.35f;
     float texture = 0.03f;       // relative grain of the walls
     double texture_size = 0.06;  // m
+    double crease = 0;           // m: half the width of the dark line where two walls meet; 0: none
+    float crease_depth = 0.3f;   // part of the light that is lost in it
     float ambient = 0.6f;
     float occlusion = 0.18f;         // ambient light lost beside a surface at a right angle ...
     double occlusion_size = 1.5;     // m, ... over about this distance

@@ -109,10 +109,37 @@ void add_furniture(RoomScene& scene, const Eigen::Vector2d& camera, Random& rand
     }
 }
 
-RoomScene furnished_room(const Eigen::Vector2d& camera, double& corner_height, Random& random) {
+/// Many a room has one paint for all walls, and a crack or a seam of filler where they meet.
+void paint_alike(RoomScene& scene, Random& random) {
+    if (random.index(2) == 0) scene.wall_albedo.assign(scene.wall_albedo.size(), toned(random, 0.45, 0.75));
+    if (random.index(2) == 0) return;
+    scene.crease = random.uniform(0.003, 0.010);
+    scene.crease_depth = toned(random, 0.05, 0.3);  // photographs of real rooms show 5 to 15 %, blurred by the lens
+}
+
+/// Cables, pipes and joints between panels: upright lines that are no edge between walls.
+void add_upright_lines(RoomScene& scene, Random& random) {
+    const int count = random.index(4);
+    for (int i = 0; i < count; ++i) {
+        WallPatch line;
+        line.wall = static_cast<std::size_t>(random.index(4));
+        const double length = (scene.walls[(line.wall + 1) % 4] - scene.walls[line.wall]).norm();
+        const double left = random.uniform(0.05, length - 0.1);
+        line.low = {left, random.index(2) == 0 ? 0 : random.uniform(0.3, 1.5)};
+        line.high = {left + random.uniform(0.004, 0.03), scene.height};
+        line.albedo = toned(random, 0.1, 0.9);
+        scene.patches.push_back(line);
+    }
+}
+
+RoomScene furnished_room(const Eigen::Vector2d& camera, Walls walls, double& corner_height, Random& random) {
     RoomScene scene = bare_room(random.uniform(4.5, 7), random.uniform(4.5, 6), random.uniform(2.4, 3.0), random);
     scene.texture = toned(random, 0.01, 0.06);
     scene.texture_size = random.uniform(0.02, 0.15);
+    if (walls == Walls::hard) {
+        paint_alike(scene, random);
+        add_upright_lines(scene, random);
+    }
     add_posters(scene, random);
     add_door_and_window(scene, random);
     add_lamps(scene, random);
@@ -167,23 +194,23 @@ RoomShot chou1986_shot(const Eigen::Vector2d& place, Random& random) {
     return shot;
 }
 
-RoomShot cluttered_shot(Random& random) {
+RoomShot cluttered_shot(Random& random, Walls walls) {
     RoomShot shot;
     const Eigen::Vector2d place(random.uniform(1, 4), random.uniform(1, 4));
     double corner_height = 0;
-    shot.scene = furnished_room(place, corner_height, random);
+    shot.scene = furnished_room(place, walls, corner_height, random);
     shot.corner = {"c", {0, 0, corner_height}, 0};
     shot.map_from_camera = aimed({place.x(), place.y(), random.uniform(0.5, 1.2)}, shot.corner.position, 0.2, 0.05, random);
     shot.light = 1 + random.normal(0.1);
     return shot;
 }
 
-RoomShot cornerless_shot(Random& random) {
+RoomShot cornerless_shot(Random& random, Walls walls) {
     for (;;) {
         RoomShot shot;
         const Eigen::Vector2d place(random.uniform(1, 3.5), random.uniform(1, 3.5));
         double corner_height = 0;
-        shot.scene = furnished_room(place, corner_height, random);
+        shot.scene = furnished_room(place, walls, corner_height, random);
         const Eigen::Vector3d position(place.x(), place.y(), random.uniform(0.5, 1.2));
         const double heading = random.uniform(-std::numbers::pi, std::numbers::pi);
         const double rise = random.uniform(-0.3, 0.8);
@@ -222,7 +249,9 @@ std::array<double, 3> visible_edges(const RoomShot& shot, const CameraModel& mod
                 const double change = std::abs(grey(*pixel + 2.5 * normal) - grey(*pixel - 2.5 * normal));
                 const double before_it = std::abs(grey(*pixel + 2.5 * normal) - grey(*pixel + 5 * normal));
                 const double after_it = std::abs(grey(*pixel - 2.5 * normal) - grey(*pixel - 5 * normal));
-                if (change > contrast && change > 2 * std::max(before_it, after_it)) lengths[i] += step.norm();
+                const double crease = std::abs(grey(*pixel) - 0.5 * (grey(*pixel + 4 * normal) + grey(*pixel - 4 * normal)));
+                const bool is_crease = i == 2 && crease > contrast;
+                if (is_crease || (change > contrast && change > 2 * std::max(before_it, after_it))) lengths[i] += step.norm();
             }
             before = *pixel;
         }

@@ -39,15 +39,18 @@ Eigen::Isometry3d look_at_corner(const Eigen::Vector2d& place, const Eigen::Vect
 /// A room with bare, textured walls; the camera stands at `place` and looks at the corner, each time a little differently.
 RoomShot chou1986_shot(const Eigen::Vector2d& place, Random& random);
 
+/// Walls each with a paint of its own, or hard to tell apart: often of one paint, with a crease where they meet, cables and pipes on them.
+enum class Walls { plain, hard };
+
 /// A furnished room: posters, a door, a window, lamps, mouldings in every other one, a wardrobe or two; the camera 1 to 4 m from each
 /// wall. With a moulding the corner is where the walls' edge meets the moulding from below.
-RoomShot cluttered_shot(Random& random);
+RoomShot cluttered_shot(Random& random, Walls walls = Walls::plain);
 
 /// A furnished room whose corners are all out of the picture.
-RoomShot cornerless_shot(Random& random);
+RoomShot cornerless_shot(Random& random, Walls walls = Walls::plain);
 
 /// How much of the corner a picture shows: for each edge (x, y, walls) the length in px over which the light changes across it by at least
-/// `contrast` grey levels, without noise and without the walls' grain, which is no edge.
+/// `contrast` grey levels, or a crease between the walls stands out by them, without noise and without the walls' grain, which is no edge.
 std::array<double, 3> visible_edges(const RoomShot& shot, const CameraModel& model, RoomRenderer& renderer, double contrast);
 
 }  // namespace roomfix
