@@ -60,6 +60,19 @@ std::optional<LensFit> first_fit(LensUnknowns& unknowns, const LensStart& start,
     return fit_lens(unknowns, shots, spread);
 }
 
+/// From a board that is stiff at first, or soft at once, whichever explains more: one that may bend explains many a wrong lens, and one that may not none at
+/// all where it is bent.
+std::optional<LensFit> best_first_fit(LensUnknowns& unknowns, const LensStart& start, const std::vector<const BoardShot*>& shots, Distortion kind,
+                                      const LensSpread& spread) {
+    LensUnknowns stiff = unknowns;
+    auto from_stiff = first_fit(stiff, start, shots, kind, exact_board_spread(usual_noise));
+    if (from_stiff) from_stiff = fit_lens(stiff, shots, spread);
+    auto fit = first_fit(unknowns, start, shots, kind, spread);
+    if (!from_stiff || (fit && fit->cost() < from_stiff->cost())) return fit;
+    unknowns = std::move(stiff);
+    return from_stiff;
+}
+
 /// Those whose corners no lens sees so. True if there are any.
 bool refuse_unexplained(const std::vector<BoardShot*>& used, const LensStart& start) {
     bool any = false;
@@ -184,9 +197,8 @@ Result<Estimate> first_estimate(std::vector<BoardShot>& shots, int width, int he
         const std::vector<const BoardShot*> all(used.begin(), used.end());
         const LensStart start = start_of_lens(all, width, height, board, first);
         if (refuse_unexplained(used, start)) continue;
-        // A board that may bend explains many a wrong lens: it is stiff until there is a right one.
-        auto fit = first_fit(found.unknowns, start, all, settings.kind, exact_board_spread(usual_noise));
-        if (fit && !settings.exact_board) fit = fit_lens(found.unknowns, all, found.spread);
+        auto fit = settings.exact_board ? first_fit(found.unknowns, start, all, settings.kind, found.spread)
+                                        : best_first_fit(found.unknowns, start, all, settings.kind, found.spread);
         if (!fit) {
             return Error{fmt::format("no lens of the kind {} explains these shots: show the board tilted in several directions, or try another --model",
                                      name_of(settings.kind))};

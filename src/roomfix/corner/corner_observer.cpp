@@ -27,6 +27,8 @@ double excess_scatter(const CornerFit& fit) {
     return fit.spread > by_chance ? fit.spread : 1.0;
 }
 
+EdgeKind other_than(EdgeKind kind) { return kind == EdgeKind::step ? EdgeKind::crease : EdgeKind::step; }
+
 const char* const edge_names[] = {"x edge", "y edge", "walls' edge"};
 
 }  // namespace
@@ -68,11 +70,13 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
             fit_.look_known = known;
             fit_.kind[wall_edge] = kind;
             fit_.view = expected.view;
-            return fitter_.refine(frame, expected.wall_angle, capture, fit_) ? score_of(fit_, true) : std::nullopt;
+            const bool holds = fitter_.refine(frame, expected.wall_angle, capture, fit_) && (kind == EdgeKind::step || is_deep_enough(frame, fit_));
+            return holds ? score_of(fit_, true) : std::nullopt;
         };
         // Edges look as in the last frame; if they do not, look afresh.
-        auto score = fit_.look_known ? look(true, fit_.kind[wall_edge]) : std::nullopt;
-        for (const EdgeKind kind : {EdgeKind::step, EdgeKind::crease}) {
+        const EdgeKind last = fit_.kind[wall_edge];
+        auto score = fit_.look_known ? look(true, last) : std::nullopt;
+        for (const EdgeKind kind : {last, other_than(last)}) {
             if (!score) score = look(false, kind);
         }
         fit_.look_known = score.has_value();
@@ -197,6 +201,7 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     for (const CornerObservation& corner : result.corners) kept += corner.weight;
     for (CornerObservation& corner : result.corners) corner.weight /= kept;
     add_rejected(explanations_[0].lines, result);
+    fit_.kind = explanations_[0].fit.kind;
     return true;
 }
 
@@ -211,7 +216,7 @@ std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explan
     const bool is_step = kind == EdgeKind::step && explanation.seen && is_whole(own) && excess_scatter(explanation.fit) == 1;
     if (is_step || (score && kind == EdgeKind::crease) || (!score && explanation.seen)) return score;
     // Half of a crease may pass for a step.
-    other.fit.kind[wall_edge] = kind == EdgeKind::step ? EdgeKind::crease : EdgeKind::step;
+    other.fit.kind[wall_edge] = other_than(kind);
     const auto other_score = instead([&] { return refine_as_is(frame, other); });
     if (!other_score) return score;
     if (score) {
