@@ -146,7 +146,9 @@ void CornerObserver::try_candidate(LumaView frame, const CornerHints& hints, con
     explanation.lines = candidate.lines;
     CornerFit& fit = explanation.fit;
     auto score = read_candidate(frame, candidate, candidate.wall_edge_kind, faintly, fit);
-    if (!score && candidate.wall_edge_kind == EdgeKind::step) {
+    // Most candidates are none: once there is an explanation, only the best of them are worth a second look.
+    const bool worth_it = explanations_.empty() || candidate.score > settings_.second_look * found_.candidates[0].score;
+    if (!score && worth_it && candidate.wall_edge_kind == EdgeKind::step) {
         score = instead([&] { return read_candidate(frame, candidate, EdgeKind::crease, faintly, fit); });
     }
     if (!score) return;
@@ -174,7 +176,7 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     for (std::size_t i = 0; i < explanations_.size(); ++i) {
         Explanation& explanation = explanations_[i];
         const bool worth_it = explanation.score > settings_.worth_it * best && (i < settings_.most_refined || best == 0);
-        const auto score = worth_it ? refine(frame, explanation) : std::nullopt;
+        const auto score = worth_it ? refine(frame, best == 0, explanation) : std::nullopt;
         explanation.score = score ? std::max(*score - settings_.score_scale * explanation.doubt, 0.0) : -1;
         best = std::max(best, explanation.score);
     }
@@ -205,18 +207,25 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     return true;
 }
 
-/// Fits an explanation to the end. Its score; nothing if it does not hold.
-std::optional<double> CornerObserver::refine(LumaView frame, Explanation& explanation) {
-    Explanation other = explanation;
+/// Fits an explanation to the end. Its score; nothing if it does not hold. `second_look`: as what the walls' edge was not taken for, too.
+std::optional<double> CornerObserver::refine(LumaView frame, bool second_look, Explanation& explanation) {
     const EdgeKind kind = explanation.fit.kind[wall_edge];
+    const CornerView start = explanation.fit.view;
     const auto score = refine_as_is(frame, explanation);
+    if (!second_look) return score;
     const auto walls_edge = [&](const CornerFit& fit) { return edge_support(fit, settings_.straightness)[wall_edge]; };
     const auto is_whole = [&](const EdgeSupport& edge) { return edge.seen > settings_.whole_edge * edge.visible; };
     const EdgeSupport own = walls_edge(explanation.fit);
     const bool is_step = kind == EdgeKind::step && explanation.seen && is_whole(own) && excess_scatter(explanation.fit) == 1;
     if (is_step || (score && kind == EdgeKind::crease) || (!score && explanation.seen)) return score;
     // Half of a crease may pass for a step.
+    Explanation other;
+    other.wall_angle = explanation.wall_angle;
+    other.lines = explanation.lines;
+    other.doubt = explanation.doubt;
+    other.fit.view = start;
     other.fit.kind[wall_edge] = other_than(kind);
+    if (!fitter_.approach(frame, other.wall_angle, settings_.search_capture, other.fit)) return score;
     const auto other_score = instead([&] { return refine_as_is(frame, other); });
     if (!other_score) return score;
     if (score) {

@@ -43,6 +43,7 @@ struct CornerSettings {
     double plain_edges = 560;        // px at 640 px of width: it is no less than this
     double straightness = 0.35;      // px: real edges bend this much
     double largest_gap = 70;         // px from the corner to where an edge is seen first
+    double second_look = 0.8;        // part of the best candidate's score: what has more is read for a crease, too
     double whole_edge = 0.9;         // part of the walls' edge: where less is seen of a step, it may rather be a crease of which this much is
     double clearly = 0.7;            // of its scatter: what leaves less explains the walls' edge clearly better
     double least_depth = 0.05;       // of the light: a shallower crease is none
@@ -106,7 +107,7 @@ private:
     std::optional<double> read_candidate(LumaView frame, const CornerCandidate& candidate, EdgeKind kind, bool faintly, CornerFit& fit);
     void try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly);
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
-    std::optional<double> refine(LumaView frame, Explanation& explanation);
+    std::optional<double> refine(LumaView frame, bool second_look, Explanation& explanation);
     std::optional<double> refine_as_is(LumaView frame, Explanation& explanation);
     bool is_deep_enough(LumaView frame, const CornerFit& fit) const;
     std::optional<double> fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit);

@@ -200,30 +200,39 @@ bool fit_step(const LightProfile& profile, double blur, double reach, StepModel 
     int used = 0;
     float mean = 0;
     float total = 0;
-    for (const LightAt& at : profile.values) {
-        const float d = at.distance;
-        if (std::abs(d) > limit) continue;
-        const float z = d * inverse_blur;
-        const std::size_t i = shape.at(z);
+    const auto step_columns = [&](float, float z, std::size_t i) {
         const float bell = shape.bell[i] * inverse_blur;
-        design[0][used] = 1;
-        design[1][used] = d;
-        if (is_crease) {
-            const float crease = shape.bell[i] * bell_to_one;
-            design[2][used] = crease;
-            design[3][used] = crease * z * inverse_blur;
-            design[4][used] = shape.step[shape.at(d)];  // as sharp as lenses draw it
-        } else {
-            design[2][used] = shape.step[i];
-            design[3][used] = -bell;
-            design[4][used] = -bell * z;
+        design[2][used] = shape.step[i];
+        design[3][used] = -bell;
+        design[4][used] = -bell * z;
+    };
+    const auto crease_columns = [&](float d, float z, std::size_t i) {
+        const float crease = shape.bell[i] * bell_to_one;
+        design[2][used] = crease;
+        design[3][used] = crease * z * inverse_blur;
+        design[4][used] = shape.step[shape.at(d)];  // a step as sharp as lenses draw it
+    };
+    const auto fill = [&](const auto& columns_of_edge) {
+        for (const LightAt& at : profile.values) {
+            const float d = at.distance;
+            if (std::abs(d) > limit) continue;
+            const float z = d * inverse_blur;
+            const std::size_t i = shape.at(z);
+            design[0][used] = 1;
+            design[1][used] = d;
+            columns_of_edge(d, z, i);
+            design[5][used] = d * shape.step[i] + shape.bell[i] * inverse_blur * square_blur;
+            design[6][used] = at.light;
+            weight[used] = at.count;
+            mean += at.count * at.light;
+            total += at.count;
+            ++used;
         }
-        design[5][used] = d * shape.step[i] + bell * square_blur;
-        design[6][used] = at.light;
-        weight[used] = at.count;
-        mean += at.count * at.light;
-        total += at.count;
-        ++used;
+    };
+    if (is_crease) {
+        fill(crease_columns);
+    } else {
+        fill(step_columns);
     }
     const int free = count_free(model);
     if (used < free + 4) return false;
