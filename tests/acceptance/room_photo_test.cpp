@@ -25,7 +25,7 @@ TEST(RoomPhoto, CornersUnderAPlasterMouldingGiveTheCamerasPose) {
     auto camera = CornerCamera::for_camera(*site, site->cameras[0]);
     ASSERT_TRUE(camera) << camera.error().message;
     int good_at_c0 = 0;
-    std::vector<Eigen::Vector3d> from_c2;  // where the camera is by the views of c2
+    std::vector<UncertainPose3> from_c2;
     for (const auto& fields : csv_rows(folder / "truth.csv")) {
         ASSERT_GE(fields.size(), 6u);
         const auto number = [&](std::size_t i) { return parse_number(fields[i]).value_or(0); };
@@ -49,13 +49,20 @@ TEST(RoomPhoto, CornersUnderAPlasterMouldingGiveTheCamerasPose) {
         fmt::print("{}: position off by {:.1f} % of the distance, rotation by {:.2f} deg\n", fields[0], 100 * off, turned);
         const bool good = off < 0.04 && turned < 1.5;
         good_at_c0 += fields[1] == "c0" && good;
-        if (fields[1] == "c2") from_c2.push_back(pose.translation());
+        if (fields[1] == "c2") from_c2.push_back(result.located.places[0].map_from_camera);
     }
     // docs/chou1986.md says what is missing to all eight within 4 % and 1.5 deg.
     EXPECT_EQ(good_at_c0, 4);
     // The walls' edge at c2 is a crease. All views are cut out of one photograph: they see one camera, wherever the annotation says it is.
     ASSERT_GE(from_c2.size(), 3u);
-    for (const Eigen::Vector3d& place : from_c2) EXPECT_LT((place - from_c2[0]).norm(), 0.15) << "ceiling heights";
+    for (const UncertainPose3& one : from_c2) {
+        EXPECT_LT(one.covariance.diagonal().head<3>().sum(), 0.08 * 0.08) << "ceiling heights squared";
+        for (const UncertainPose3& other : from_c2) {
+            const Eigen::Vector3d apart = one.pose.translation() - other.pose.translation();
+            const Eigen::Matrix3d spread = (one.covariance + other.covariance).topLeftCorner<3, 3>();
+            EXPECT_LT(apart.dot(spread.inverse() * apart), 11.34) << "as sure as they say: 99 % of chi-square, 3 unknowns";
+        }
+    }
 }
 
 }  // namespace

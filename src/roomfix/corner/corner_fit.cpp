@@ -381,12 +381,25 @@ bool CornerFitter::finish_softly(LumaView frame, double wall_angle, CornerFit& f
 CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings) {
     Matrix5d information = Matrix5d::Zero();
     CornerByIntrinsics pull = CornerByIntrinsics::Zero();
-    for (const EdgePiece& piece : fit.pieces) {
-        IntrinsicsJacobian by_intrinsics;
-        if (!piece.seen || !project(model, piece.middle, nullptr, &by_intrinsics)) continue;
-        const double weight = piece_weight(piece, settings.outlier, settings);
-        information += weight * piece.slope * piece.slope.transpose();
-        pull -= weight * piece.slope * (piece.stretch.normal().transpose() * by_intrinsics);
+    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
+        Vector5d slopes = Vector5d::Zero();
+        Eigen::Matrix<double, 1, most_intrinsics> moved = Eigen::Matrix<double, 1, most_intrinsics>::Zero();
+        double weights = 1 / (settings.crease_sigma * settings.crease_sigma);
+        for (const EdgePiece& piece : fit.pieces) {
+            IntrinsicsJacobian by_intrinsics;
+            if (piece.edge != edge || !piece.seen || !project(model, piece.middle, nullptr, &by_intrinsics)) continue;
+            const double weight = piece_weight(piece, settings.outlier, settings);
+            const Eigen::Matrix<double, 1, most_intrinsics> across = piece.stretch.normal().transpose() * by_intrinsics;
+            information += weight * piece.slope * piece.slope.transpose();
+            pull -= weight * piece.slope * across;
+            slopes += weight * piece.slope;
+            moved += weight * across;
+            weights += weight;
+        }
+        if (fit.kind[edge] != EdgeKind::crease) continue;
+        // The offset of the whole crease is eliminated, as in leave_open_offset().
+        information -= slopes * slopes.transpose() / weights;
+        pull += slopes * (moved / weights);
     }
     return information.ldlt().solve(pull);
 }
