@@ -54,9 +54,9 @@ TEST(RoomPhoto, CornersUnderAPlasterMouldingGiveTheCamerasPose) {
     // docs/chou1986.md says what is missing to all eight within 4 % and 1.5 deg.
     EXPECT_EQ(good_at_c0, 4);
     // The walls' edge at c2 is a crease. All views are cut out of one photograph: they see one camera, wherever the annotation says it is.
-    ASSERT_GE(from_c2.size(), 3u);
+    ASSERT_EQ(from_c2.size(), 4u);
     for (const UncertainPose3& one : from_c2) {
-        EXPECT_LT(one.covariance.diagonal().head<3>().sum(), 0.08 * 0.08) << "ceiling heights squared";
+        EXPECT_LT(one.covariance.diagonal().head<3>().sum(), 0.15 * 0.15) << "ceiling heights squared";
         for (const UncertainPose3& other : from_c2) {
             const Eigen::Vector3d apart = one.pose.translation() - other.pose.translation();
             const Eigen::Matrix3d spread = (one.covariance + other.covariance).topLeftCorner<3, 3>();

@@ -107,6 +107,18 @@ TEST(Kim2011, LampsNeitherHideALandmarkNorMakeOne) {
     EXPECT_EQ(run_without_landmark(200, 532).wrong, 0);
 }
 
+TEST(Consistency, FixesThatShareACalibrationCountAsOne) {
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(5, 5);
+    const std::vector<StatedError> alone(100, {unit, Eigen::MatrixXd(5, 0), 0});
+    const NeesBand narrow = mean_nees_band(alone);  // 5 -+ 1.96 sqrt(2 * 5 / 100)
+    EXPECT_NEAR(narrow.low, 4.38, 0.08);
+    EXPECT_NEAR(narrow.high, 5.62, 0.08);
+    const std::vector<StatedError> together(100, {1e-6 * unit, unit, 0});
+    const NeesBand wide = mean_nees_band(together);  // chi-square, 5 unknowns
+    EXPECT_NEAR(wide.low, 0.83, 0.12);
+    EXPECT_NEAR(wide.high, 12.83, 1);
+}
+
 TEST(Chou1986Experiment, OursComesNearTheBoundAndSaysHowWellItKnows) {
     const auto report = run_chou1986({.seed = 611, .board = {.shots = 0}});
     ASSERT_TRUE(report) << report.error().message;
@@ -116,6 +128,7 @@ TEST(Chou1986Experiment, OursComesNearTheBoundAndSaysHowWellItKnows) {
     EXPECT_LT(report->mean_rotation(), radians(0.03));
     EXPECT_LT(report->rms_error(), 1.9 * report->bound_rms());
     EXPECT_NEAR(report->mean_nees(), 5, 1.3);
+    EXPECT_NEAR(report->nees_band().low, 5 - 1.96 * std::sqrt(2.0 * 5 / 96), 0.1) << "the lens is known";
     EXPECT_LT(report->published_mean_error(), 0.05);
     EXPECT_GT(report->published_mean_error(), 2 * report->mean_error());
     EXPECT_NE(chou1986_table(*report).find("as published: "), std::string::npos);
@@ -137,7 +150,8 @@ TEST(Reproduce, StartsFromCalibrationPictures) {
     ASSERT_TRUE(chou) << chou.error().message;
     EXPECT_EQ(chou->lost(), 0);
     EXPECT_LT(chou->mean_error(), 0.0008);
-    EXPECT_LT(chou->mean_nees(), 16) << "one calibration decides";
+    EXPECT_GT(chou->nees_band().high, 6) << "one calibration decides";
+    EXPECT_LT(chou->mean_nees(), 1.5 * chou->nees_band().high);
 }
 
 TEST(Chou1986Experiment, TheErrorStudyShowsWhatThePaperConcludes) {

@@ -261,8 +261,8 @@ std::optional<double> CornerObserver::refine_as_is(LumaView frame, Explanation& 
         refusal_ = "the walls' edge is a crease too shallow to be told from the walls' grain";
         return std::nullopt;
     }
-    const bool doubtful = faintest.mean < settings_.least_group || faintest.rival > settings_.largest_rival;
-    if (doubtful && fit.shared[faintest.edge]) explanation.faint = faintest.edge;
+    const auto rivalled = [&] { return faintest.rival > settings_.largest_rival && !is_the_same(frame, faintest.beside, explanation); };
+    if (fit.shared[faintest.edge] && (faintest.mean < settings_.least_group || rivalled())) explanation.faint = faintest.edge;
     if (!edge_ends_.end_at_corner(frame, fit, explanation.wall_angle)) {
         refusal_ = "an edge of the likeliest three lines goes on beyond where they meet";
         return std::nullopt;
@@ -319,6 +319,14 @@ bool CornerObserver::is_deep_enough(LumaView frame, const CornerFit& fit) const 
         light += piece.length * static_cast<double>(fitter_.light()[grey]);
     }
     return depth < -settings_.least_depth * light;
+}
+
+/// Whether a fit from a line beside the edge comes back to the edge: then they are one, wide and uneven.
+bool CornerObserver::is_the_same(LumaView frame, const CornerView& beside, const Explanation& explanation) const {
+    CornerFit other = explanation.fit;
+    other.view = beside;
+    if (!fitter_.finish(frame, explanation.wall_angle, other)) return false;
+    return (other.view.corner_from_camera - explanation.fit.view.corner_from_camera).norm() < settings_.settled;
 }
 
 /// Fits anew from where a faint edge was turned to. If the pieces would turn it away from there again, the light along all of it is believed.

@@ -112,6 +112,7 @@ private:
     bool is_deep_enough(LumaView frame, const CornerFit& fit) const;
     std::optional<double> fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit);
     bool is_seen_enough(const Explanation& explanation);
+    bool is_the_same(LumaView frame, const CornerView& beside, const Explanation& explanation) const;
     bool fit_again(LumaView frame, double wall_angle, CornerFit& fit) const;
     void merge_same();
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;

@@ -31,6 +31,7 @@ SettledEdge EdgeSettler::settle(LumaView frame, double wall_angle, CornerEdge ed
     const auto mean = [&](const EdgeEvidence& e) { return e.plain * group / std::max(e.visible, group); };
     const EdgeEvidence own = edges_.along(frame, light_, rays->corner, rays->directions[edge], kind);
     settled.edge = edge;
+    settled.beside = view;
     settled.mean = mean(own);
     if (settled.mean > settings_.plain_group) return settled;
     edges_.peaks(frame, light_, rays->corner, rays->directions[edge], kind, settings_.span, peaks_);
@@ -39,25 +40,34 @@ SettledEdge EdgeSettler::settle(LumaView frame, double wall_angle, CornerEdge ed
     const double turn = other ? peaks_[0].turn : 0;
     const EdgeEvidence best = other ? peaks_[0].evidence : own;
     for (const FaintEdges::Peak& peak : peaks_) {
-        if (std::abs(peak.turn - turn) < settings_.apart) continue;
-        settled.rival = std::max(settled.rival, peak.evidence.plain / std::max(best.plain, 1e-9));
+        const double part = peak.evidence.plain / std::max(best.plain, 1e-9);
+        if (std::abs(peak.turn - turn) < settings_.apart || part < settled.rival) continue;
+        settled.rival = part;
+        settled.beside = turned(*rays, wall_angle, edge, peak.turn, view).value_or(view);
     }
-    if (!other) return settled;
-    CornerRays turned = *rays;
-    turned.directions[edge] = Eigen::Rotation2Dd(turn) * turned.directions[edge];
-    const CornerSolutions solutions = solve_corner(turned, wall_angle);
-    const Eigen::Matrix3d before = view.corner_from_camera;
-    double nearest = settings_.turn;
+    const auto moved = other ? turned(*rays, wall_angle, edge, turn, view) : std::nullopt;
+    if (!moved) return settled;
+    view = *moved;
+    settled.moved = true;
+    settled.mean = mean(best);
+    return settled;
+}
+
+/// The view nearest to `view` in which the edge is turned.
+std::optional<CornerView> EdgeSettler::turned(const CornerRays& rays, double wall_angle, CornerEdge edge, double turn, const CornerView& view) const {
+    CornerRays other = rays;
+    other.directions[edge] = Eigen::Rotation2Dd(turn) * other.directions[edge];
+    const CornerSolutions solutions = solve_corner(other, wall_angle);
+    std::optional<CornerView> nearest;
+    double least = settings_.turn;
     for (int i = 0; i < solutions.count; ++i) {
         const CornerView& solution = solutions.views[static_cast<std::size_t>(i)];
-        const double off = (solution.corner_from_camera - before).norm();
-        if (off > nearest) continue;
-        nearest = off;
-        view = solution;
-        settled.moved = true;
-        settled.mean = mean(peaks_[0].evidence);
+        const double off = (solution.corner_from_camera - view.corner_from_camera).norm();
+        if (off > least) continue;
+        least = off;
+        nearest = solution;
     }
-    return settled;
+    return nearest;
 }
 
 }  // namespace roomfix

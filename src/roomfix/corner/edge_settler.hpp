@@ -1,6 +1,7 @@
 // Pieces of a faint edge are easily led astray by what is beside it; its light along its whole length is not.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "roomfix/corner/corner_fit.hpp"
@@ -22,7 +23,8 @@ struct EdgeSettlerSettings {
 struct SettledEdge {
     CornerEdge edge = x_edge;
     double mean = 0;     // squared standard deviations of its groups of pieces
-    double rival = 0;    // part of its evidence that the next best line there has
+    double rival = 0;    // part of its evidence that the next best line there has,
+    CornerView beside;   // the view if that line were the edge, or as it was if that is no corner
     bool moved = false;  // the view
 };
 
@@ -40,6 +42,8 @@ public:
     const FaintEdges& edges() const { return edges_; }
 
 private:
+    std::optional<CornerView> turned(const CornerRays& rays, double wall_angle, CornerEdge edge, double turn, const CornerView& view) const;
+
     EdgeSettlerSettings settings_;
     LightTable light_;
     FaintEdges edges_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -71,6 +72,11 @@ Coordinate coordinate_of(const std::vector<double>& values, double truth) {
 
 namespace {
 
+IntrinsicsMatrix square_root(const IntrinsicsMatrix& covariance) {
+    const Eigen::SelfAdjointEigenSolver<IntrinsicsMatrix> spectrum(covariance);
+    return spectrum.eigenvectors() * spectrum.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
 /// What its user knows of the camera.
 struct KnownLens {
     CameraModel model;
@@ -100,6 +106,7 @@ Result<Chou1986Report> run_chou1986(const Chou1986Options& options, const std::f
         RoomRenderer renderer(model, sensor, glare, seed);
         const auto lens = known_lens(model, sensor, seed, options.board);
         if (!lens) return lens.error();
+        const IntrinsicsMatrix unit_errors = square_root(lens->covariance);
         CornerObserver observer(lens->model, {right_angle});
         const Chou1986 published(lens->model);
         LumaImage frame;
@@ -118,6 +125,8 @@ Result<Chou1986Report> run_chou1986(const Chou1986Options& options, const std::f
                     trial.ours = seen.corners[0];
                     trial.error = error_of(trial.truth, trial.ours->view);
                     trial.covariance = trial.ours->covariance_with(lens->covariance);
+                    trial.by_lens = trial.ours->by_intrinsics * unit_errors;
+                    trial.lens = s;
                     trial.bound = trial.covariance - trial.ours->covariance;
                 }
                 if (options.published) trial.published = published.locate(frame);
@@ -162,6 +171,13 @@ double Chou1986Report::rotation_bound() const {
 double Chou1986Report::mean_nees() const {
     return mean_of(trials, [](const Chou1986Trial& t) { return t.ours ? std::optional(t.error.dot(t.covariance.ldlt().solve(t.error))) : std::nullopt; });
 }
+NeesBand Chou1986Report::nees_band() const {
+    std::vector<StatedError> errors;
+    for (const Chou1986Trial& t : trials) {
+        if (t.ours) errors.push_back({t.ours->covariance, t.by_lens, t.lens});
+    }
+    return mean_nees_band(errors);
+}
 
 std::string chou1986_table(const Chou1986Report& report) {
     std::string text = fmt::format(
@@ -197,9 +213,11 @@ std::string chou1986_table(const Chou1986Report& report) {
         fmt::format("  roomfix: {} fixes, {} lost; error of a single picture over the distance to the corner: mean {:.4f} %, largest {:.3f} %, rms {:.4f} %\n",
                     static_cast<int>(report.trials.size()) - report.lost(), report.lost(), 100 * report.mean_error(), 100 * report.largest_error(),
                     100 * report.rms_error());
-    text += fmt::format("    rms / bound {:.2f}; rotation: mean {:.4f} deg, rms / bound {:.2f}; mean NEES {:.2f} (5 unknowns)\n",
-                        report.rms_error() / report.bound_rms(), degrees(report.mean_rotation()), report.rotation_rms() / report.rotation_bound(),
-                        report.mean_nees());
+    text += fmt::format("    rms / bound {:.2f}; rotation: mean {:.4f} deg, rms / bound {:.2f}\n", report.rms_error() / report.bound_rms(),
+                        degrees(report.mean_rotation()), report.rotation_rms() / report.rotation_bound());
+    const NeesBand band = report.nees_band();
+    text += fmt::format("    mean NEES {:.2f} (5 unknowns), truthful covariances give {:.2f} to {:.2f} in 95 % of such experiments ({})\n", report.mean_nees(),
+                        band.low, band.high, report.options.board.shots > 0 ? fmt::format("{} lenses", report.options.seeds) : "the lens is known");
     if (report.options.published) {
         text += fmt::format("  as published: {} fixes, {} lost; mean {:.3f} %, largest {:.2f} %\n",
                             static_cast<int>(report.trials.size()) - report.published_lost(), report.published_lost(), 100 * report.published_mean_error(),

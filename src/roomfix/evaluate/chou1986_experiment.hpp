@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/line_chart.hpp"
 #include "roomfix/evaluate/simulated_calibration.hpp"
 #include "roomfix/observation/corner_observation.hpp"
@@ -30,8 +31,10 @@ struct Chou1986Trial {
     std::optional<CornerObservation> ours;
     Vector5d error = Vector5d::Zero();  // rotation (rad) and place of the truth against ours
     std::optional<CornerView> published;
-    Matrix5d covariance = Matrix5d::Zero();  // of ours, with the lens's errors
-    Matrix5d bound = Matrix5d::Zero();       // covariance; with the lens's errors where there is a fix
+    Matrix5d covariance = Matrix5d::Zero();                   // of ours, with the lens's errors:
+    CornerByIntrinsics by_lens = CornerByIntrinsics::Zero();  // independent ones of sigma 1 enter like this
+    int lens = 0;                                             // which of the experiment's
+    Matrix5d bound = Matrix5d::Zero();                        // covariance; with the lens's errors where there is a fix
     std::string reason;
 };
 
@@ -53,6 +56,7 @@ struct Chou1986Report {
     double rotation_rms() const;
     double rotation_bound() const;
     double mean_nees() const;
+    NeesBand nees_band() const;  // fixes with the same lens err together
 };
 
 /// An error if the lens could not be calibrated.

@@ -15,6 +15,19 @@ Eigen::Vector3d pose_error(const Pose2& fix, const Pose2& truth, double symmetry
 /// Infinity if P is not positive definite.
 double nees(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
+/// What a fix's covariance says of its error: a part of its own, and one that it shares with all fixes of its group, such as those of one calibration.
+struct StatedError {
+    Eigen::MatrixXd own;     // n x n, covariance
+    Eigen::MatrixXd shared;  // n x k: the group's k errors, each of sigma 1, enter like this
+    int group = 0;
+};
+
+/// Holds 95 % of such fixes' mean NEES if their covariances are true. Where they share much, groups count rather than fixes. Found by simulation.
+struct NeesBand {
+    double low = 0, high = 0;
+};
+NeesBand mean_nees_band(const std::vector<StatedError>& errors);
+
 struct Summary {
     std::size_t count = 0;
     double mean = 0, rms = 0, median = 0, p95 = 0, max = 0;
