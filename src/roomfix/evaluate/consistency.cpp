@@ -21,7 +21,7 @@ double nees(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
 }
 
 NeesBand mean_nees_band(const std::vector<StatedError>& errors) {
-    constexpr int experiments = 2000;
+    constexpr int experiments = 10000;
     struct Whitened {
         Eigen::MatrixXd own, shared;
         std::size_t group;
