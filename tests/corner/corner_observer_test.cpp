@@ -177,6 +177,22 @@ TEST(CornerObserver, WallsOfOnePaintMeetInACrease) {
     EXPECT_LT(squares / pictures, 3) << "mean NEES per number: a crease is no sharper than it is";
 }
 
+// The upper edge of this room's moulding, 14 px above the lower one, was read with the walls' crease before the lower one was, which alone passed for a step.
+TEST(CornerObserver, ACreaseEndsAtAMouldingsLowerEdge) {
+    Studio studio;
+    Random random(321);
+    RoomShot shot;
+    for (int i = 0; i <= 206; ++i) shot = cluttered_shot(random, Walls::hard);
+    ASSERT_GT(shot.scene.moulding, 0.08);
+    ASSERT_GT(shot.scene.crease, 0.003);
+    const CornerView truth = truth_of(shot);
+    for (int i = 0; i < 5; ++i) {
+        studio.look(shot);
+        ASSERT_FALSE(studio.result.corners.empty()) << studio.result.reason;
+        EXPECT_LT((studio.result.corners[0].view.place - truth.place).norm(), 0.01 * std::sqrt(1 + truth.place.squaredNorm()));
+    }
+}
+
 TEST(CornerObserver, WhereNoCornerIsNoneIsFoundAndTheReasonSaysWhy) {
     Studio studio;
     Random random(25);

@@ -109,7 +109,7 @@ TEST(Kim2011, LampsNeitherHideALandmarkNorMakeOne) {
 
 TEST(Consistency, FixesThatShareACalibrationCountAsOne) {
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(5, 5);
-    const std::vector<StatedError> alone(100, {unit, Eigen::MatrixXd(5, 0), 0});
+    const std::vector<StatedError> alone(100, {unit, Eigen::MatrixXd::Zero(5, 1), 0});
     const NeesBand narrow = mean_nees_band(alone);  // 5 -+ 1.96 sqrt(2 * 5 / 100)
     EXPECT_NEAR(narrow.low, 4.38, 0.08);
     EXPECT_NEAR(narrow.high, 5.62, 0.08);

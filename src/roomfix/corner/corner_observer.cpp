@@ -184,6 +184,10 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     drop_upper_ones(frame);
     if (explanations_.empty()) return false;
     std::stable_sort(explanations_.begin(), explanations_.end(), better);
+    if (!go_down(frame, explanations_[0])) {
+        refusal_ = "the walls' edge ends at a moulding's lower edge that makes no corner";
+        return false;
+    }
     if (explanations_[0].faint) {
         refusal_ = fmt::format("the {} is too faint to be told from other lines", edge_names[*explanations_[0].faint]);
         return false;
@@ -422,20 +426,26 @@ void CornerObserver::settle_height(LumaView frame, Explanation& explanation) {
     fit.view = before;
 }
 
+/// How far `lower`'s corner lies below `upper`'s along the walls' edge, px; nothing where a moulding would not put it there.
+std::optional<double> CornerObserver::below(const CornerView& upper, const CornerView& lower, double wall_angle) const {
+    const auto above = corner_pixel(model_, upper, wall_angle);
+    const auto under = corner_pixel(model_, lower, wall_angle);
+    const auto rays = corner_rays(upper, wall_angle);
+    if (!above || !under || !rays) return std::nullopt;
+    const Eigen::Vector2d apart = *under - *above;
+    const double drop = apart.dot(rays->directions[wall_edge]);
+    const bool along_wall = std::sqrt(std::max(apart.squaredNorm() - drop * drop, 0.0)) < 0.4 * drop + 1;
+    if (drop < 2 || drop > settings_.largest_moulding * model_.height || !along_wall) return std::nullopt;
+    return drop;
+}
+
 /// The same for explanations whose corners lie farther apart than one reading across an edge reaches.
 void CornerObserver::drop_upper_ones(LumaView frame) {
     const auto is_upper = [&](const Explanation& upper) {
         return std::any_of(explanations_.begin(), explanations_.end(), [&](const Explanation& lower) {
             if (&upper == &lower || lower.score < settings_.moulding_score * upper.score) return false;
-            const auto above = corner_pixel(model_, upper.fit.view, upper.wall_angle);
-            const auto below = corner_pixel(model_, lower.fit.view, lower.wall_angle);
-            const auto rays = corner_rays(lower.fit.view, lower.wall_angle);
-            if (!above || !below || !rays) return false;
-            const Eigen::Vector2d apart = *above - *below;
-            const double rise = -apart.dot(rays->directions[wall_edge]);
             const bool parallel = (upper.fit.view.corner_from_camera - lower.fit.view.corner_from_camera).norm() < 0.06;
-            const bool along_wall = std::sqrt(std::max(apart.squaredNorm() - rise * rise, 0.0)) < 0.4 * rise + 1;
-            if (rise < 2 || rise > settings_.largest_moulding * model_.height || !parallel || !along_wall) return false;
+            if (!parallel || !below(upper.fit.view, lower.fit.view, upper.wall_angle)) return false;
             const double raised = upper.fit.view.place.norm() > 0 ? lower.fit.view.place.norm() / upper.fit.view.place.norm() - 1 : 0;
             return raised > 0 && !edge_ends_.continues_above(frame, lower.fit, lower.wall_angle, raised);
         });
@@ -444,6 +454,48 @@ void CornerObserver::drop_upper_ones(LumaView frame) {
     for (const Explanation& e : explanations_) drop.push_back(is_upper(e));
     std::size_t i = 0;
     std::erase_if(explanations_, [&](const Explanation&) { return static_cast<bool>(drop[i++]); });
+}
+
+/// Whether two lines meet there as the corner's x and y edges do.
+bool CornerObserver::is_parallel(const CornerJunction& junction, const CornerView& view, double wall_angle) const {
+    const auto rays = corner_rays(view, wall_angle);
+    if (!rays) return false;
+    const auto along = [&](int line, CornerEdge edge) {
+        return junction.directions[static_cast<std::size_t>(line)].dot(rays->directions[edge]) > std::cos(settings_.parallel_lines);
+    };
+    return (along(0, x_edge) && along(1, y_edge)) || (along(1, x_edge) && along(0, y_edge));
+}
+
+/// The same where the lower corner was not understood by itself: it has the upper one's walls' edge. False if that ends at the lower corner, but the
+/// lower corner does not hold.
+bool CornerObserver::go_down(LumaView frame, Explanation& upper) {
+    for (const CornerJunction& junction : found_.junctions) {
+        const double rise = rise_of_corner_at(upper.fit.view, junction.point);
+        const CornerView lowered = with_corner_raised(upper.fit.view, rise);
+        // What is nearer was seen when the edges were read.
+        const bool far_enough = below(upper.fit.view, lowered, upper.wall_angle).value_or(0) > 3 * settings_.search_capture;
+        if (!far_enough || !is_parallel(junction, lowered, upper.wall_angle)) continue;
+        Explanation lower = upper;
+        lower.lines = {junction.lines[0], junction.lines[1], -1};
+        lower.fit.view = lowered;
+        const auto ends_there = [&] {
+            const double raised = lower.fit.view.place.norm() / upper.fit.view.place.norm() - 1;
+            return raised > 0 && !edge_ends_.continues_above(frame, lower.fit, lower.wall_angle, raised);
+        };
+        const bool approached = fitter_.approach(frame, lower.wall_angle, settings_.search_capture, lower.fit);
+        const auto score = approached ? refine_as_is(frame, lower) : std::nullopt;
+        if (score && *score > settings_.moulding_score * upper.score && below(upper.fit.view, lower.fit.view, upper.wall_angle)) {
+            if (!ends_there()) continue;
+            lower.score = *score;
+            upper = std::move(lower);
+            return true;
+        }
+        const bool starts_above = !upper.fit.shared[wall_edge] && edge_support(upper.fit, settings_.straightness)[wall_edge].first < settings_.fit.stretch;
+        lower.fit = upper.fit;
+        lower.fit.view = lowered;
+        if (!starts_above && ends_there()) return false;
+    }
+    return true;
 }
 
 CornerObservation CornerObserver::observation_of(const CornerFit& fit, double wall_angle) const {

@@ -51,6 +51,7 @@ struct CornerSettings {
     double score_scale = 25;         // px of edges seen that make one of two explanations e times likelier
     double largest_moulding = 0.09;  // of the picture's height: parallel edges this close are a moulding's,
     double moulding_score = 0.6;     // and the lower corner counts if its score is this part of the upper's
+    double parallel_lines = 0.03;    // rad: lines of a moulding's edges are parallel to the others' within this
     double roll_sigma = 0.17;        // rad: cameras are held upright, about
     double common_tilt = 0.96;       // rad: and look up no more steeply than this (55 deg), about,
     double tilt_sigma = 0.17;        // rad
@@ -118,7 +119,10 @@ private:
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;
     std::optional<double> score_of(const CornerFit& fit, bool final_fit);
     void settle_height(LumaView frame, Explanation& explanation);
+    std::optional<double> below(const CornerView& upper, const CornerView& lower, double wall_angle) const;
     void drop_upper_ones(LumaView frame);
+    bool is_parallel(const CornerJunction& junction, const CornerView& view, double wall_angle) const;
+    bool go_down(LumaView frame, Explanation& upper);
     CornerObservation observation_of(const CornerFit& fit, double wall_angle) const;
     void add_rejected(const std::array<int, 3>& used, CornerResult& result) const;
 

@@ -1,5 +1,6 @@
 #include "roomfix/corner/parallel_edges.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -59,6 +60,11 @@ CornerView with_corner_raised(const CornerView& view, double rise) {
     CornerView raised = view;
     raised.place = view.place / (1 + rise);
     return raised;
+}
+
+double rise_of_corner_at(const CornerView& view, const Eigen::Vector2d& point) {
+    const Eigen::Vector3d ray = view.corner_from_camera * point.homogeneous();
+    return ray.z() * view.place.norm() / ray.head<2>().norm() - 1;
 }
 
 void find_parallel_corners(const CornerFit& fit, double height, const ParallelSettings& settings, std::vector<ParallelCorner>& corners) {

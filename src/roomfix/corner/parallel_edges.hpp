@@ -26,4 +26,7 @@ void find_parallel_corners(const CornerFit& fit, double height, const ParallelSe
 /// The same camera, and the same edges' directions, for a corner that lies `rise` higher.
 CornerView with_corner_raised(const CornerView& view, double rise);
 
+/// How much higher a corner straight above or below the view's own lies that is seen at `point` of the plane at distance 1 before the camera.
+double rise_of_corner_at(const CornerView& view, const Eigen::Vector2d& point);
+
 }  // namespace roomfix

@@ -18,7 +18,7 @@ double nees(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 /// What a fix's covariance says of its error: a part of its own, and one that it shares with all fixes of its group, such as those of one calibration.
 struct StatedError {
     Eigen::MatrixXd own;     // n x n, covariance
-    Eigen::MatrixXd shared;  // n x k: the group's k errors, each of sigma 1, enter like this
+    Eigen::MatrixXd shared;  // n x k, k > 0: the group's k errors, each of sigma 1, enter like this
     int group = 0;
 };
 
