@@ -378,6 +378,11 @@ bool CornerFitter::finish_softly(LumaView frame, double wall_angle, CornerFit& f
     return true;
 }
 
+double excess_scatter(const CornerFit& fit) {
+    const double by_chance = 1 + 2 * std::sqrt(2.0 / std::max(fit.counted - 5, 1));
+    return fit.spread > by_chance ? fit.spread : 1.0;
+}
+
 CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings) {
     Matrix5d information = Matrix5d::Zero();
     CornerByIntrinsics pull = CornerByIntrinsics::Zero();

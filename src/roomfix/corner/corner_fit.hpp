@@ -124,6 +124,9 @@ private:
     LightTable light_;
 };
 
+/// How many times more the pieces scatter than their light tells; 1 where that may be chance.
+double excess_scatter(const CornerFit& fit);
+
 /// How the view moves with the intrinsics with which it was found.
 CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings);
 

@@ -9,6 +9,11 @@
 
 namespace roomfix {
 
+bool starts_edges(const CornerJunction& junction, const CornerRays& rays, double tolerance) {
+    const auto along = [&](std::size_t line, CornerEdge edge) { return junction.directions[line].dot(rays.directions[edge]) > std::cos(tolerance); };
+    return (along(0, x_edge) && along(1, y_edge)) || (along(1, x_edge) && along(0, y_edge));
+}
+
 CornerSearch::CornerSearch(const CameraModel& model, const std::vector<double>& wall_angles, const CornerSearchSettings& settings)
     : model_(model), wall_angles_(wall_angles), settings_(settings), focal_(0.5 * (model.fx + model.fy)) {
     const double unit = length_unit(model);

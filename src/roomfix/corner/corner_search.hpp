@@ -49,6 +49,9 @@ struct CornerJunction {
     std::array<int, 2> lines = {0, 0};
 };
 
+/// Whether its lines start as a corner's x and y edges do, within `tolerance` (rad).
+bool starts_edges(const CornerJunction& junction, const CornerRays& rays, double tolerance);
+
 struct CornerSearchResult {
     std::vector<CornerCandidate> candidates;  // the best first
     std::vector<CornerJunction> junctions;    // the best first

@@ -67,6 +67,18 @@ double rise_of_corner_at(const CornerView& view, const Eigen::Vector2d& point) {
     return ray.z() * view.place.norm() / ray.head<2>().norm() - 1;
 }
 
+std::optional<double> moulding_between(const CameraModel& model, const CornerView& upper, const CornerView& lower, double wall_angle, double largest) {
+    const auto above = corner_pixel(model, upper, wall_angle);
+    const auto under = corner_pixel(model, lower, wall_angle);
+    const auto rays = corner_rays(upper, wall_angle);
+    if (!above || !under || !rays) return std::nullopt;
+    const Eigen::Vector2d apart = *under - *above;
+    const double drop = apart.dot(rays->directions[wall_edge]);
+    const bool along_wall = std::sqrt(std::max(apart.squaredNorm() - drop * drop, 0.0)) < 0.4 * drop + 1;
+    if (drop < 2 || drop > largest * model.height || !along_wall) return std::nullopt;
+    return drop;
+}
+
 void find_parallel_corners(const CornerFit& fit, double height, const ParallelSettings& settings, std::vector<ParallelCorner>& corners) {
     corners.clear();
     // Raising the corner by r of its ceiling distance moves the camera down in its frame: the same as moving the edges up by r along z.

@@ -1,6 +1,7 @@
 // A moulding under the ceiling draws several parallel edges on each wall: which of them meets the end of the edge between the walls?
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "roomfix/corner/corner_fit.hpp"
@@ -28,5 +29,8 @@ CornerView with_corner_raised(const CornerView& view, double rise);
 
 /// How much higher a corner straight above or below the view's own lies that is seen at `point` of the plane at distance 1 before the camera.
 double rise_of_corner_at(const CornerView& view, const Eigen::Vector2d& point);
+
+/// How far `lower`'s corner lies below `upper`'s along the walls' edge, px; nothing where no moulding of `largest` times the picture's height puts it there.
+std::optional<double> moulding_between(const CameraModel& model, const CornerView& upper, const CornerView& lower, double wall_angle, double largest);
 
 }  // namespace roomfix

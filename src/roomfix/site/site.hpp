@@ -70,6 +70,11 @@ struct Cylinder {
 };
 using Shape = std::variant<Box, Cylinder>;
 
+/// A convex piece of a robot's body: the hull of its points (m, robot frame).
+struct ConvexPart {
+    std::vector<Eigen::Vector3d> points;
+};
+
 /// A printed AprilTag of the family tag36h11. Its own frame: x to the right and y up as it is read, z out of the paper.
 struct Tag {
     int number = 0;
@@ -97,8 +102,10 @@ struct WheelOdometry {
 
 struct SiteRobot {
     std::string id;
-    Shape shape;
-    double size_sigma = 0.005;  // m: how well the shape is known
+    Shape shape;                    // with `parts` or `model`: the box around them, its middle above the robot's origin
+    std::vector<ConvexPart> parts;  // what the body is made of; empty: the shape is the body
+    std::string learned_body;       // as written: a file of `roomfix calibrate robot`; empty: none
+    double size_sigma = 0.005;      // m: how well the shape is known
     bool many = false;          // any number of them, all alike
     Drive drive = Drive::unknown;
     std::optional<WheelOdometry> odometry;
