@@ -50,13 +50,16 @@ int fix_images(const Arguments& arguments) {
     int exit_code = done;
     const CameraModel& model = shot->model;
     for (const std::string& image : arguments.images) {
-        const auto frame = load_luma(image);
+        LumaImage frame;
+        ColourImage colour;
+        std::vector<std::uint8_t> buffer;
+        const auto loaded = load_picture(image, frame, colour, buffer);
         std::string problem;
-        if (!frame) {
-            problem = frame.error().message;
-        } else if (frame->width() != model.width || frame->height() != model.height) {
+        if (!loaded) {
+            problem = loaded.error().message;
+        } else if (frame.width() != model.width || frame.height() != model.height) {
             problem = fmt::format("{}: the picture is {} x {} pixels, camera {} has {} x {}: correct 'size' and 'intrinsics' in the site file", image,
-                                  frame->width(), frame->height(), arguments.camera, model.width, model.height);
+                                  frame.width(), frame.height(), arguments.camera, model.width, model.height);
         }
         if (!problem.empty()) {
             complain(problem);
@@ -64,12 +67,12 @@ int fix_images(const Arguments& arguments) {
             exit_code = bad_input;
             continue;
         }
-        for (const Fix& fix : shot->fixes(image, *frame)) fmt::print("{}\n", fix_line(fix));
+        for (const Fix& fix : shot->fixes(image, {frame, &colour})) fmt::print("{}\n", fix_line(fix));
         if (arguments.overlay.empty()) continue;
         std::error_code failure;
         std::filesystem::create_directories(arguments.overlay, failure);
         const auto file = std::filesystem::path(arguments.overlay) / (std::filesystem::path(image).stem().string() + ".png");
-        if (auto saved = shot->overlay(file, *frame); !saved) {
+        if (auto saved = shot->overlay(file, frame); !saved) {
             complain(saved.error().message);
             exit_code = bad_input;
         }

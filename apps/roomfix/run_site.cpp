@@ -29,7 +29,7 @@ Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::
         }
         auto background = learn_background(camera, sources, progress_bar("learning the background of " + camera.id));
         if (!background) return background.error();
-        runner.set_background(i, std::move(*background));
+        runner.set_background(i, std::move(background->grey), std::move(background->colour));
     }
     return {};
 }

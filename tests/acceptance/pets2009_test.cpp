@@ -33,7 +33,7 @@ DetectionCount count_people(bool learned_first, bool tracked) {
     const auto truth = read_truth(folder / "truth.csv");
     OverheadObserver observer(*fixed_view(site.cameras[0]), site.robots);
     const std::string video = (folder / "vtest.avi").string();
-    if (learned_first) observer.set_background(std::move(*learn_background(site.cameras[0], {video})));
+    if (learned_first) observer.set_background(std::move(learn_background(site.cameras[0], {video})->grey));
     Tracker tracker(site);
     auto source = open_source(video);
     SourceFrame frame;

@@ -33,7 +33,7 @@ public:
         frame.time = stamp ? *stamp : from_seconds(0.1 * static_cast<double>(next_));
         frame.name = file.filename().string();
         ++next_;
-        const auto loaded = load_luma(file, frame.image, buffer_);
+        const auto loaded = load_picture(file, frame.image, frame.colour, buffer_);
         if (!loaded) return loaded.error();
         return true;
     }
@@ -64,6 +64,8 @@ public:
         frame.name = std::to_string(++number_);
         const auto converted = luma_from_mat(picture_, frame.image);
         if (!converted) return converted.error();
+        const auto coloured = colour_from_mat(picture_, frame.colour);
+        if (!coloured) return coloured.error();
         return true;
     }
     bool live() const override { return live_; }

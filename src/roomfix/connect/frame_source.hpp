@@ -7,12 +7,14 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/base/time.hpp"
+#include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/imaging/luma.hpp"
 
 namespace roomfix {
 
 struct SourceFrame {
     LumaImage image;
+    ColourImage colour;  // of the same frame
     Nanoseconds time = 0;
     std::string name;  // file name, or the frame's number in a video
 };

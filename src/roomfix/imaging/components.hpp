@@ -26,6 +26,8 @@ public:
     /// The components with at least `min_area` pixels, largest first; equal areas from top to bottom. The result is valid
     /// until the next call. Needs every set bit to lie in its row's span, as BitMask keeps it.
     const std::vector<Component>& find(const BitMask& mask, std::int64_t min_area);
+    /// What the last call found.
+    const std::vector<Component>& found() const { return components_; }
 
 private:
     struct Run {

@@ -124,6 +124,43 @@ Result<void> decode_jpeg_luma(std::span<const std::uint8_t> bytes, LumaImage& im
     return {};
 }
 
+Result<void> decode_jpeg_colour(std::span<const std::uint8_t> bytes, ColourImage& colour) {
+    thread_local std::vector<std::uint8_t> pixels;  // before setjmp: a longjmp must not skip its construction
+    jpeg_decompress_struct codec;
+    ErrorManager manager;
+    install(codec, manager);
+    if (setjmp(manager.leave)) {
+        jpeg_destroy_decompress(&codec);
+        return damaged(manager);
+    }
+    jpeg_create_decompress(&codec);
+    jpeg_mem_src(&codec, bytes.data(), bytes.size());
+    jpeg_read_header(&codec, TRUE);
+    const bool grey = codec.num_components == 1;
+    if (codec.image_width > static_cast<unsigned>(largest_side) || codec.image_height > static_cast<unsigned>(largest_side)) {
+        jpeg_destroy_decompress(&codec);
+        return Error{"the JPEG is too large"};
+    }
+    codec.out_color_space = grey ? JCS_GRAYSCALE : JCS_EXT_BGR;
+    jpeg_start_decompress(&codec);
+    const int width = static_cast<int>(codec.output_width);
+    const int height = static_cast<int>(codec.output_height);
+    const std::ptrdiff_t stride = std::ptrdiff_t{width} * (grey ? 1 : 3);
+    pixels.resize(static_cast<std::size_t>(stride * height));
+    for (int y = 0; y < height; ++y) {
+        JSAMPROW row = pixels.data() + y * stride;
+        jpeg_read_scanlines(&codec, &row, 1);
+    }
+    jpeg_finish_decompress(&codec);
+    jpeg_destroy_decompress(&codec);
+    if (grey) {
+        shrink_grey({pixels.data(), width, height, stride}, colour);
+    } else {
+        shrink_colour(pixels.data(), width, height, stride, colour);
+    }
+    return {};
+}
+
 std::vector<std::uint8_t> encode_jpeg(LumaView image, int quality) {
     jpeg_compress_struct codec;
     jpeg_error_mgr manager;

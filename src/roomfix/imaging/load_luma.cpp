@@ -54,21 +54,45 @@ Result<void> luma_from_mat(const cv::Mat& mat, LumaImage& image) {
     return {};
 }
 
-Result<void> decode_luma(std::span<const std::uint8_t> bytes, LumaImage& image) {
+Result<void> colour_from_mat(const cv::Mat& mat, ColourImage& colour) {
+    try {
+        cv::Mat narrow = mat;
+        if (mat.depth() == CV_16U) mat.convertTo(narrow, CV_8U, 1.0 / 256);
+        if (narrow.channels() == 4) cv::cvtColor(narrow, narrow, cv::COLOR_BGRA2BGR);
+        const auto stride = static_cast<std::ptrdiff_t>(narrow.step);
+        if (narrow.channels() == 3) {
+            shrink_colour(narrow.data, narrow.cols, narrow.rows, stride, colour);
+        } else {
+            shrink_grey({narrow.data, narrow.cols, narrow.rows, stride}, colour);
+        }
+    } catch (const cv::Exception& problem) {
+        return Error{fmt::format("OpenCV could not convert the picture: {}", problem.err)};
+    }
+    return {};
+}
+
+namespace {
+
+bool is_jpeg(std::span<const std::uint8_t> bytes) { return bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8; }
+
+/// Decodes a picture that is no JPEG, and gives it to `use`.
+template <class Use>
+Result<void> decode_other(std::span<const std::uint8_t> bytes, const Use& use) {
     if (bytes.empty()) return Error{"the picture has no bytes"};
-    if (bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8) return decode_jpeg_luma(bytes, image);
     if (!known_format(bytes)) return Error{"not a picture, or one of a format that is not read: use JPEG or PNG (BMP, PGM and PPM are read too)"};
     try {
         const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data()));
         const cv::Mat decoded = cv::imdecode(raw, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
         if (decoded.empty()) return Error{"the picture is damaged: its first bytes are right, but it cannot be decoded"};
-        return luma_from_mat(decoded, image);
+        return use(decoded);
     } catch (const std::exception& problem) {
         return Error{fmt::format("the picture could not be decoded ({}): use PNG or JPEG", problem.what())};
     }
 }
 
-Result<void> load_luma(const std::filesystem::path& file, LumaImage& image, std::vector<std::uint8_t>& buffer) {
+/// Reads a file whole and gives its bytes to `decode`.
+template <class Decode>
+Result<void> load_file(const std::filesystem::path& file, std::vector<std::uint8_t>& buffer, const Decode& decode) {
     std::error_code failure;
     if (std::filesystem::is_directory(file, failure)) {
         return Error{fmt::format("{}: is a folder, not a picture: name the picture inside it", file.string())};
@@ -79,9 +103,35 @@ Result<void> load_luma(const std::filesystem::path& file, LumaImage& image, std:
     stream.seekg(0);
     stream.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(buffer.size()));
     if (!stream) return Error{fmt::format("{}: cannot be read", file.string())};
-    auto decoded = decode_luma(buffer, image);
+    auto decoded = decode(std::span<const std::uint8_t>(buffer));
     if (!decoded) return Error{fmt::format("{}: {}", file.string(), decoded.error().message)};
     return {};
+}
+
+}  // namespace
+
+Result<void> decode_luma(std::span<const std::uint8_t> bytes, LumaImage& image) {
+    if (is_jpeg(bytes)) return decode_jpeg_luma(bytes, image);
+    return decode_other(bytes, [&](const cv::Mat& decoded) { return luma_from_mat(decoded, image); });
+}
+
+Result<void> decode_picture(std::span<const std::uint8_t> bytes, LumaImage& image, ColourImage& colour) {
+    if (is_jpeg(bytes)) {
+        if (auto luma = decode_jpeg_luma(bytes, image); !luma) return luma;
+        return decode_jpeg_colour(bytes, colour);
+    }
+    return decode_other(bytes, [&](const cv::Mat& decoded) -> Result<void> {
+        if (auto luma = luma_from_mat(decoded, image); !luma) return luma;
+        return colour_from_mat(decoded, colour);
+    });
+}
+
+Result<void> load_luma(const std::filesystem::path& file, LumaImage& image, std::vector<std::uint8_t>& buffer) {
+    return load_file(file, buffer, [&](std::span<const std::uint8_t> bytes) { return decode_luma(bytes, image); });
+}
+
+Result<void> load_picture(const std::filesystem::path& file, LumaImage& image, ColourImage& colour, std::vector<std::uint8_t>& buffer) {
+    return load_file(file, buffer, [&](std::span<const std::uint8_t> bytes) { return decode_picture(bytes, image, colour); });
 }
 
 Result<LumaImage> load_luma(const std::filesystem::path& file) {

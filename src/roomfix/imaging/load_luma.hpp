@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/imaging/luma.hpp"
 
 namespace cv {
@@ -45,6 +46,15 @@ Result<void> decode_luma(std::span<const std::uint8_t> bytes, LumaImage& image);
 /// The same from a file; the error names the file. `buffer` keeps its memory between calls.
 Result<void> load_luma(const std::filesystem::path& file, LumaImage& image, std::vector<std::uint8_t>& buffer);
 Result<LumaImage> load_luma(const std::filesystem::path& file);
+
+/// A picture as luma and, small, in colour. Same formats and errors as above.
+Result<void> decode_picture(std::span<const std::uint8_t> bytes, LumaImage& image, ColourImage& colour);
+Result<void> load_picture(const std::filesystem::path& file, LumaImage& image, ColourImage& colour, std::vector<std::uint8_t>& buffer);
+/// The colours of any OpenCV image that luma_from_mat() takes.
+Result<void> colour_from_mat(const cv::Mat& mat, ColourImage& colour);
+
+/// The small colour picture of a JPEG. Errors as of decode_jpeg_luma().
+Result<void> decode_jpeg_colour(std::span<const std::uint8_t> bytes, ColourImage& colour);
 
 /// A grey image as JPEG (quality 1..100).
 std::vector<std::uint8_t> encode_jpeg(LumaView image, int quality);

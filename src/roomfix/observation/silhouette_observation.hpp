@@ -24,6 +24,7 @@ struct SilhouetteObservation {
     FixedList<PoseHypothesis, 4> hypotheses;                                           // poses that look the same, the best first
     double support = 0;                                                                // part of the visible outline that the picture confirms, 0..1
     double visible = 0;                      // part of the outline that is inside the picture and not behind another robot, 0..1
+    bool doubtful = false;                   // an outline that the body's whole area does not plainly confirm
     FixedList<Eigen::Vector2f, 64> outline;  // px, closed polygon, for drawing
 };
 

@@ -21,7 +21,7 @@ bool touches(const Silhouette& silhouette, const Component& component) {
 }  // namespace
 
 OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot>& robots, const OverheadSettings& settings)
-    : view_(view), robots_(robots), settings_(settings) {
+    : view_(view), robots_(robots), settings_(settings), bodies_(robots, settings.body) {
     for (const SiteRobot& robot : robots) {
         shapes_.push_back(shape_points(robot.shape, robot.many ? std::max(robot.size_sigma, soft_size) : robot.size_sigma));
     }
@@ -30,43 +30,76 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
     starts_.reserve(4096);
 }
 
-void OverheadObserver::set_background(BackgroundModel background) {
+void OverheadObserver::set_background(BackgroundModel background, ColourBackground colour) {
     background_ = std::move(background);
+    colour_background_ = std::move(colour);
     learning_ = false;
 }
 
-void OverheadObserver::observe(LumaView frame, OverheadResult& result) {
+void OverheadObserver::observe(const PictureView& frame, OverheadResult& result) {
     result.observations.clear();
     result.reason.clear();
     learn_from(frame);
+    observe_outlines(frame.grey);
+    for (const Found& found : found_) {
+        if (acceptable(found)) result.observations.push_back(observation_of(found));
+    }
+    observe_bodies(frame, result);
+    if (result.observations.empty()) result.reason = reason_for_nothing(finder_.found());
+    result.changed = foreground_.covered > most_covered;
+    refresh_background(frame.grey);
+}
+
+void OverheadObserver::observe_outlines(LumaView frame) {
     find_foreground(frame);
     const auto& components = finder_.find(foreground_.mask, 12);
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
-
     found_.clear();
     masks_ = {&foreground_.mask, &foreground_.shadow};
     const auto count = std::min(components.size(), static_cast<std::size_t>(settings_.most_blobs));
     for (std::size_t i = 0; i < count; ++i) explain(evidence, components[i]);
     if (found_.size() > 1) refit_together(evidence);
+}
 
-    for (const Found& found : found_) {
-        if (acceptable(found)) result.observations.push_back(observation_of(found));
+/// Robots that have no outline as exact as their description: by all that their body covers. An outline that stands where the body explains
+/// the picture much worse than elsewhere was something else's.
+void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& result) {
+    evidence_.probability.clear();
+    if (!frame.colour || colour_background_.empty() || !colour_background_.compare(*frame.colour, evidence_)) return;
+    const SeenBy seen{&view_, &evidence_};
+    wanted_.assign(robots_.size(), 0);
+    for (std::size_t r = 0; r < robots_.size(); ++r) wanted_[r] = !robots_[r].many && !(r < elsewhere_.size() && elsewhere_[r]);
+    for (SilhouetteObservation& o : result.observations) {
+        if (robots_[static_cast<std::size_t>(o.robot)].many) continue;
+        o.doubtful = !bodies_.confirms(seen, o.robot, o.pose);
+        if (!o.doubtful) wanted_[static_cast<std::size_t>(o.robot)] = 0;
     }
-    if (result.observations.empty()) result.reason = reason_for_nothing(components);
-    result.changed = foreground_.covered > most_covered;
-    refresh_background(frame);
+    if (bodies_wanted_) {
+        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_)) {
+            auto outline = std::find_if(result.observations.begin(), result.observations.end(), [&](const auto& o) { return o.robot == sighting.robot; });
+            if (outline != result.observations.end() && bodies_.agrees({&seen, 1}, sighting.robot, outline->pose, sighting.place)) continue;
+            if (outline != result.observations.end()) result.observations.erase(outline);
+            result.observations.push_back(roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
+        }
+    }
+    colour_background_.refresh(evidence_, 0.02f);
 }
 
 /// Without a background: the median of what was seen, anew after 1, 2, 4, ... 64 frames.
-void OverheadObserver::learn_from(LumaView frame) {
+void OverheadObserver::learn_from(const PictureView& frame) {
     if (!learning_) return;
-    learner_.add(frame);
+    learner_.add(frame.grey);
+    if (frame.colour) colour_frames_.add(*frame.colour);
     ++frames_seen_;
     const bool power_of_two = (frames_seen_ & (frames_seen_ - 1)) == 0;
-    if (power_of_two) background_ = learner_.learn(settings_.background);
+    if (power_of_two) {
+        background_ = learner_.learn(settings_.background);
+        colour_background_.learn(colour_frames_.frames());
+    }
     if (frames_seen_ >= 64) {
         learning_ = false;
         learner_ = BackgroundLearner();
+        colour_frames_ = ColourFrames();
     }
 }
 
@@ -316,6 +349,24 @@ void OverheadObserver::refresh_background(LumaView frame) {
         }
     }
     background_.refresh(frame, foreground_, scratch_);
+}
+
+SilhouetteObservation observation_of(const BodySighting& sighting, const Body& body, const View& view) {
+    SilhouetteObservation observation;
+    const BodyPlace& place = sighting.place;
+    observation.robot = sighting.robot;
+    observation.pose = place.pose;
+    observation.covariance = place.covariance;
+    observation.by_calibration = place.by_calibration;
+    observation.yaw_known = !body.round();
+    observation.support = place.filled;
+    observation.visible = 1;
+    const int alike = body.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / body.symmetry));
+    for (int i = 0; i < alike; ++i) {
+        observation.hypotheses.push_back({{place.pose.x, place.pose.y, wrap_angle(place.pose.yaw + i * body.symmetry)}, 1.0 / alike});
+    }
+    for (const Eigen::Vector2d& corner : outline_of(view, body, place.pose)) observation.outline.push_back(corner.cast<float>());
+    return observation;
 }
 
 }  // namespace roomfix

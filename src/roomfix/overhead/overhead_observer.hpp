@@ -6,7 +6,9 @@
 
 #include "roomfix/imaging/background_model.hpp"
 #include "roomfix/imaging/components.hpp"
+#include "roomfix/imaging/evidence.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
+#include "roomfix/overhead/body_observer.hpp"
 #include "roomfix/overhead/outline_fit.hpp"
 #include "roomfix/overhead/place_search.hpp"
 #include "roomfix/overhead/robot_search.hpp"
@@ -17,6 +19,7 @@ struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
     PlaceSearchSettings search;
+    BodyObserverSettings body;
     double least_score = 0.40;      // of an outline fit, to be a fix
     double good_score = 0.60;       // above, no other place is tried
     int least_into_shadow = 4;      // samples of the lower edges that lead into what may be a shadow, to look for the robot behind it
@@ -44,17 +47,22 @@ public:
     /// `view` with its covariance; frames must have its size.
     OverheadObserver(const View& view, const std::vector<SiteRobot>& robots, const OverheadSettings& settings = {});
 
-    /// Uses a learned background from now on.
-    void set_background(BackgroundModel background);
+    /// Uses a learned background from now on. Robots are found by their whole body, too, where there is one in colour.
+    void set_background(BackgroundModel background, ColourBackground colour = {});
     bool has_background() const { return !background_.empty(); }
     const BackgroundModel& background() const { return background_; }
 
     /// Robots (one flag each) that are surely somewhere else and are not looked for; empty: none.
     void set_elsewhere(const std::vector<char>& elsewhere) { elsewhere_ = elsewhere; }
 
+    /// False: the whole body is left to somebody who looks at several cameras together; only outlines are observations.
+    void look_for_bodies(bool look) { bodies_wanted_ = look; }
+
     /// Finds the robots in a frame and then refreshes the background where no robot is. `frame` must have the view's size.
     /// No allocation in steady state, as long as `result` is reused.
-    void observe(LumaView frame, OverheadResult& result);
+    void observe(const PictureView& frame, OverheadResult& result);
+    /// Of the last frame: what it shows beside the background; empty without a background in colour.
+    const Evidence& evidence() const { return evidence_; }
 
     const Foreground& foreground() const { return foreground_; }
     const View& view() const { return view_; }
@@ -68,7 +76,9 @@ private:
         bool removed = false;  // its pixels are no longer among those to be explained
         bool by_area = false;  // soft target: found by its area, not by its outline
     };
-    void learn_from(LumaView frame);
+    void learn_from(const PictureView& frame);
+    void observe_outlines(LumaView frame);
+    void observe_bodies(const PictureView& frame, OverheadResult& result);
     void find_foreground(LumaView frame);
     void explain(const FrameEvidence& evidence, const Component& component);
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
@@ -94,8 +104,12 @@ private:
     OverheadSettings settings_;
     BackgroundModel background_;
     BackgroundLearner learner_;
+    ColourBackground colour_background_;
+    ColourFrames colour_frames_;
+    BodyObserver bodies_;
     int frames_seen_ = 0;
     bool learning_ = true;
+    bool bodies_wanted_ = true;
 
     // Working memory, kept between frames.
     Foreground foreground_;
@@ -109,6 +123,11 @@ private:
     PlaceSearch place_search_;
     std::vector<Found> found_;
     std::vector<Silhouette> others_;
+    Evidence evidence_;
+    std::vector<char> wanted_;
 };
+
+/// A robot found by its body, as an observation of one camera.
+SilhouetteObservation observation_of(const BodySighting& sighting, const Body& body, const View& view);
 
 }  // namespace roomfix

@@ -7,51 +7,6 @@
 #include "roomfix/geometry/convex_hull.hpp"
 
 namespace roomfix {
-namespace {
-
-/// Calls visit(y, begin, end) for the pixels begin <= x < end of each `step`-th row whose centres are inside the polygon.
-template <class Visit>
-void for_rows(std::span<const Eigen::Vector2d> polygon, int width, int height, int step, Visit visit) {
-    double top = polygon[0].y();
-    double bottom = top;
-    for (const auto& p : polygon) {
-        top = std::min(top, p.y());
-        bottom = std::max(bottom, p.y());
-    }
-    if (!(bottom >= 0 && top <= height - 1)) return;
-    const int first = std::max(static_cast<int>(std::ceil(std::max(top, 0.0))), 0);
-    const int last = static_cast<int>(std::floor(std::min(bottom, height - 1.0)));
-    const std::size_t count = polygon.size();
-    // Two chains of edges run down from the topmost corner; each row lies between one edge of either chain.
-    std::size_t start = 0;
-    for (std::size_t i = 1; i < count; ++i) {
-        if (polygon[i].y() < polygon[start].y()) start = i;
-    }
-    std::size_t a = start;
-    std::size_t b = start;
-    for (int y = first; y <= last; y += step) {
-        const auto advance = [&](std::size_t& at, std::size_t direction) {
-            for (std::size_t guard = 0; guard < count; ++guard) {
-                const std::size_t next = (at + direction) % count;
-                if (polygon[next].y() >= y) break;
-                at = next;
-            }
-            const auto& p = polygon[at];
-            const auto& q = polygon[(at + direction) % count];
-            const double rise = q.y() - p.y();
-            return rise > 1e-9 ? p.x() + (q.x() - p.x()) * (y - p.y()) / rise : q.x();
-        };
-        const double left = advance(a, 1);
-        const double right = advance(b, count - 1);
-        const double low = std::clamp(std::min(left, right), -1.0, width + 1.0);
-        const double high = std::clamp(std::max(left, right), -1.0, width + 1.0);
-        const int begin = std::max(static_cast<int>(std::ceil(low)), 0);
-        const int end = std::min(static_cast<int>(std::floor(high)) + 1, width);
-        if (begin < end) visit(y, begin, end);
-    }
-}
-
-}  // namespace
 
 ShapePoints shape_points(const Shape& shape, double size_sigma) {
     ShapePoints result;
@@ -157,7 +112,7 @@ RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const
     int inside = 0;
     int dark = 0;
     int others = 0;
-    for_rows(polygon, foreground.width(), foreground.height(), step, [&](int y, int begin, int end) {
+    for_polygon_rows(polygon, foreground.width(), foreground.height(), step, [&](int y, int begin, int end) {
         area += end - begin;
         inside += foreground.count_run(y, begin, end);
         dark += shadow.count_run(y, begin, end);
@@ -168,11 +123,11 @@ RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const
 }
 
 void clear_region(BitMask& mask, std::span<const Eigen::Vector2d> polygon) {
-    for_rows(polygon, mask.width(), mask.height(), 1, [&](int y, int begin, int end) { mask.clear_run(y, begin, end); });
+    for_polygon_rows(polygon, mask.width(), mask.height(), 1, [&](int y, int begin, int end) { mask.clear_run(y, begin, end); });
 }
 
 void fill_region(BitMask& mask, std::span<const Eigen::Vector2d> polygon) {
-    for_rows(polygon, mask.width(), mask.height(), 1, [&](int y, int begin, int end) { mask.set_run(y, begin, end); });
+    for_polygon_rows(polygon, mask.width(), mask.height(), 1, [&](int y, int begin, int end) { mask.set_run(y, begin, end); });
 }
 
 }  // namespace roomfix

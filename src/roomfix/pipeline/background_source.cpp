@@ -6,8 +6,9 @@
 
 namespace roomfix {
 
-Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress) {
+Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress) {
     BackgroundLearner learner;
+    ColourFrames colours;
     for (std::size_t i = 0; i < sources.size(); ++i) {
         auto source = open_source(sources[i]);
         if (!source) return source.error();
@@ -22,13 +23,16 @@ Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::ve
                                          frame.name, frame.image.width(), frame.image.height(), camera.id, camera.model.width, camera.model.height)};
             }
             learner.add(frame.image);
+            colours.add(frame.colour);
             if (progress && (*source)->count() > 0) {
                 progress((static_cast<double>(i) + std::min(1.0, seen / static_cast<double>((*source)->count()))) / static_cast<double>(sources.size()));
             }
         }
     }
     if (learner.frames() == 0) return Error{fmt::format("camera {}: the background has no frame", camera.id)};
-    return learner.learn();
+    LearnedBackground background{learner.learn(), {}};
+    background.colour.learn(colours.frames());
+    return background;
 }
 
 }  // namespace roomfix

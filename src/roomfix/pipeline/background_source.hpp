@@ -7,12 +7,19 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/imaging/background_model.hpp"
+#include "roomfix/imaging/evidence.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
+/// What a camera sees when no robot is there: grey levels at full resolution, and colours.
+struct LearnedBackground {
+    BackgroundModel grey;
+    ColourBackground colour;
+};
+
 /// Looks at all frames of the sources (image files, folders, videos) and learns from up to 64 of them, evenly spread. Robots
 /// may pass, as long as each place is free more than half of the time. Frames of another size than the camera's are an error.
-Result<BackgroundModel> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress = {});
+Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress = {});
 
 }  // namespace roomfix

@@ -33,31 +33,32 @@ int CameraPost::robot() const {
     return corners_ ? corners_->robot() : -1;
 }
 
-double CameraPost::look(LumaView frame, Nanoseconds time, const FrameHints& hints) {
-    const double frozen = frozen_.seconds(frame, time);
+double CameraPost::look(const PictureView& frame, Nanoseconds time, const FrameHints& hints) {
+    const double frozen = frozen_.seconds(frame.grey, time);
     if (frozen > frozen_after) return frozen;
     if (observer_) watch(frame, hints);
     // The ranges of that moment tell like landmarks and like corners apart.
-    if (locator_) locator_->locate(&frame, hints.ranges, hints.expected, -1, onboard_);
+    if (locator_) locator_->locate(&frame.grey, hints.ranges, hints.expected, -1, onboard_);
     if (corners_) {
         CameraHints camera_hints;
         if (hints.expected && hints.expected->yaw_known) {
             camera_hints.prediction = CameraHints::Prediction{hints.expected->pose, hints.expected->covariance};
         }
         camera_hints.ranges = hints.ranges;
-        corners_->look(frame, camera_hints, corner_);
+        corners_->look(frame.grey, camera_hints, corner_);
     }
     return 0;
 }
 
 /// Outlines, and the tags of robots that wear one. A tag says more than an outline.
-void CameraPost::watch(LumaView frame, const FrameHints& hints) {
+void CameraPost::watch(const PictureView& frame, const FrameHints& hints) {
     observer_->set_elsewhere(hints.elsewhere);
+    observer_->look_for_bodies(hints.bodies);
     observer_->observe(frame, result_);
     poses_ = poses_of(result_.observations);
     tagged_.clear();
     if (!tags_) return;
-    for (const TaggedRobot& tagged : find_tagged_robots(observer_->view(), robots_, *tags_, frame)) {
+    for (const TaggedRobot& tagged : find_tagged_robots(observer_->view(), robots_, *tags_, frame.grey)) {
         std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
         TagSighting sighting{tagged.robot, {}, {{tagged.fit.pose, tagged.fit.covariance, true, 1}}};
         for (const Eigen::Vector2d& corner : tagged.corners) sighting.corners.push_back({corner, tagged.sigma * tagged.sigma * Eigen::Matrix2d::Identity()});
@@ -82,6 +83,16 @@ void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
         const PoseObservation pose{corners_->robot(), places[0].pose, places[0].yaw_known, places[0].covariance};
         tracker.see(time, id(), {&pose, 1});
     }
+}
+
+bool CameraPost::sees_tag_of(int robot) const {
+    return std::any_of(tagged_.begin(), tagged_.end(), [&](const TagSighting& t) { return t.robot == robot; });
+}
+
+void CameraPost::replace_outline(int robot, const SilhouetteObservation* seen) {
+    std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == robot; });
+    std::erase_if(result_.observations, [&](const SilhouetteObservation& o) { return o.robot == robot; });
+    if (seen) result_.observations.push_back(*seen);
 }
 
 const std::string& CameraPost::reason() const {

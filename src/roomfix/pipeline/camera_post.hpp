@@ -19,6 +19,7 @@ constexpr double likely = 0.9;  // weight of a place that is believed, and of a 
 
 /// What is known before a frame is looked at.
 struct FrameHints {
+    bool bodies = true;                       // of a fixed camera: looks for whole bodies by itself
     std::vector<char> elsewhere;              // of each robot: 1 if it surely is where a fixed camera does not see it
     std::vector<RangeObservation> ranges;     // of the robot that carries the camera
     std::optional<PoseObservation> expected;  // where that robot should be
@@ -37,13 +38,20 @@ public:
     const View& view() const { return observer_->view(); }  // of a fixed one
     /// The robot that carries it; -1: none, or unknown.
     int robot() const;
-    void set_background(BackgroundModel background) { observer_->set_background(std::move(background)); }
+    void set_background(BackgroundModel background, ColourBackground colour) { observer_->set_background(std::move(background), std::move(colour)); }
 
     /// Looks at a frame of the right size. Returns the seconds for which this very picture has been coming if it is frozen, 0 otherwise;
     /// what a frozen picture shows is not looked at.
-    double look(LumaView frame, Nanoseconds time, const FrameHints& hints);
+    double look(const PictureView& frame, Nanoseconds time, const FrameHints& hints);
     /// What the last frame showed goes to the tracker.
     void tell(Tracker& tracker, Nanoseconds time) const;
+    /// Of the last frame of a fixed camera: what it shows beside the background; empty without one in colour.
+    const Evidence& evidence() const { return observer_->evidence(); }
+    /// What the last frame of a fixed camera shows.
+    const std::vector<SilhouetteObservation>& outlines() const { return result_.observations; }
+    bool sees_tag_of(int robot) const;
+    /// A robot that was found in several cameras together instead of what this one found by itself.
+    void replace_outline(int robot, const SilhouetteObservation* seen);
     /// So much of the last frame differs from the background that the camera may have been moved.
     bool changed() const { return observer_ && result_.changed; }
     /// Why the last frame showed no robot; empty if it did.
@@ -62,7 +70,7 @@ private:
         CornerCameraResult corner;
     };
     CameraPost(const SiteCamera& camera, const std::vector<SiteRobot>& robots) : camera_(camera), robots_(robots) {}
-    void watch(LumaView frame, const FrameHints& hints);
+    void watch(const PictureView& frame, const FrameHints& hints);
     nlohmann::json landmark_drawing() const;
     nlohmann::json corner_drawing() const;
 

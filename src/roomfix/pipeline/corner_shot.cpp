@@ -98,7 +98,7 @@ Result<Shot> prepare_corner_shot(const Site& site, const SiteCamera& camera, con
     if (auto used = shot->use(site, options); !used) return used.error();
     Shot prepared;
     prepared.model = camera.model;
-    prepared.fixes = [shot](const std::string& image, LumaView frame) { return shot->fixes(image, frame); };
+    prepared.fixes = [shot](const std::string& image, const PictureView& frame) { return shot->fixes(image, frame.grey); };
     prepared.overlay = [shot](const std::filesystem::path& file, LumaView frame) { return shot->overlay(file, frame); };
     return prepared;
 }

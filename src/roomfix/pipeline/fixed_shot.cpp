@@ -19,9 +19,9 @@ constexpr std::size_t enough_to_learn = 10;  // images that are their own backgr
 /// The site's method or the paper's, behind one call: the fixes of a picture.
 class SingleShot {
 public:
-    SingleShot(const Site& site, const SiteCamera& camera, const View& view, BackgroundModel background)
+    SingleShot(const Site& site, const SiteCamera& camera, const View& view, LearnedBackground background)
         : site_(site), camera_(camera.id), observer_(view, site.robots) {
-        observer_.set_background(std::move(background));
+        observer_.set_background(std::move(background.grey), std::move(background.colour));
     }
 
     Result<void> use_published(const std::vector<LumaImage>& empty) {
@@ -34,13 +34,13 @@ public:
         return {};
     }
 
-    std::vector<Fix> fixes(const std::string& image, LumaView frame) {
-        if (published_) return {published_fix(image, frame)};
+    std::vector<Fix> fixes(const std::string& image, const PictureView& frame) {
+        if (published_) return {published_fix(image, frame.grey)};
         observer_.observe(frame, result_);
         // A tag says more than an outline: it names the robot and its front.
         std::vector<Fix> fixes;
         std::vector<int> tagged;
-        for (const TaggedRobot& robot : find_tagged_robots(observer_.view(), site_.robots, tags_, frame)) {
+        for (const TaggedRobot& robot : find_tagged_robots(observer_.view(), site_.robots, tags_, frame.grey)) {
             Fix fix = empty_fix(image, "");
             fix.status = FixStatus::ok;
             fix.robot = site_.robots[static_cast<std::size_t>(robot.robot)].id;
@@ -135,7 +135,7 @@ Result<Shot> prepare_fixed_shot(const Site& site, const SiteCamera& camera, cons
     }
     Shot shot;
     shot.model = camera.model;
-    shot.fixes = [single](const std::string& image, LumaView frame) { return single->fixes(image, frame); };
+    shot.fixes = [single](const std::string& image, const PictureView& frame) { return single->fixes(image, frame); };
     shot.overlay = [single, robots = site.robots](const std::filesystem::path& file, LumaView frame) {
         std::vector<std::string> labels;
         for (const auto& o : single->result().observations) {

@@ -119,7 +119,7 @@ Result<Shot> prepare_onboard_shot(const Site& site, const SiteCamera& camera, co
     }
     Shot shot;
     shot.model = camera.model;
-    shot.fixes = [onboard](const std::string& image, LumaView frame) { return onboard->fixes(image, frame); };
+    shot.fixes = [onboard](const std::string& image, const PictureView& frame) { return onboard->fixes(image, frame.grey); };
     shot.overlay = [onboard](const std::filesystem::path& file, LumaView frame) { return onboard->overlay(file, frame); };
     return shot;
 }

@@ -44,7 +44,7 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
             const bool late = settings.on_time && pace && wall_clock() > pace->wall_of(taken.back().time) + too_late;
             ++counts[camera].came;
             counts[camera].dropped += late;
-            if (!late) looked_at.push_back({camera, taken.back().image, taken.back().time});
+            if (!late) looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time});
         }
         auto fed = feed(looked_at, pool);
         if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
-#include "roomfix/imaging/luma.hpp"
+#include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/observation/fix.hpp"
 #include "roomfix/observation/range_observation.hpp"
 #include "roomfix/site/site.hpp"
@@ -28,7 +28,7 @@ struct ShotOptions {
 /// A camera ready to make fixes of pictures.
 struct Shot {
     CameraModel model;
-    std::function<std::vector<Fix>(const std::string& image, LumaView frame)> fixes;
+    std::function<std::vector<Fix>(const std::string& image, const PictureView& frame)> fixes;
     std::function<Result<void>(const std::filesystem::path& file, LumaView frame)> overlay;  // of the last picture
 };
 

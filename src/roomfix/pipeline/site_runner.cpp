@@ -20,7 +20,7 @@ const std::string range_places_name = "places by ranges";
 
 }  // namespace
 
-SiteRunner::SiteRunner(const Site& site) : site_(site), tracker_(site) {}
+SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site.robots), tracker_(site) {}
 
 Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
     std::unique_ptr<SiteRunner> runner(new SiteRunner(site));
@@ -68,8 +68,8 @@ Result<void> SiteRunner::serve_page(const std::string& host, int port) {
     return started;
 }
 
-void SiteRunner::set_background(std::size_t index, BackgroundModel background) {
-    if (is_fixed(index)) stations_[index]->post->set_background(std::move(background));
+void SiteRunner::set_background(std::size_t index, BackgroundModel background, ColourBackground colour) {
+    if (is_fixed(index)) stations_[index]->post->set_background(std::move(background), std::move(colour));
 }
 
 void SiteRunner::set_source_state(std::size_t index, const std::string& status, const std::string& message) {
@@ -97,11 +97,11 @@ std::optional<double> SiteRunner::latency(Nanoseconds time) const {
 
 Result<void> SiteRunner::check_size(const CameraFrame& frame) {
     const CameraModel& model = camera(frame.camera).model;
-    if (frame.image.width == model.width && frame.image.height == model.height) return {};
+    if (frame.image.grey.width == model.width && frame.image.grey.height == model.height) return {};
     const std::string message = fmt::format(
         "camera {}: the frame is {} x {} pixels, the site file says {} x {}: correct 'size' and 'intrinsics', "
         "or the camera's settings",
-        camera(frame.camera).id, frame.image.width, frame.image.height, model.width, model.height);
+        camera(frame.camera).id, frame.image.grey.width, frame.image.grey.height, model.width, model.height);
     set_source_state(frame.camera, "failed", message);
     return Error{message};
 }
@@ -126,15 +126,34 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
         hints[i] = hints_for(*stations_[frames[i].camera]->post, frames[i].time);
         looks[i].emplace();
     }
+    const auto fixed = std::count_if(frames.begin(), frames.end(), [this](const CameraFrame& f) { return is_fixed(f.camera); });
+    for (FrameHints& hint : hints) hint.bodies = fixed < 2;
     pool.run(static_cast<int>(frames.size()), [&](int job) {
         const auto i = static_cast<std::size_t>(job);
         if (looks[i]) looks[i] = look(frames[i], hints[i]);
     });
+    std::vector<JointSighting> joint;
+    if (fixed >= 2) joint = look_together(frames, looks);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         tell_until(frames[i].time);
         if (looks[i]) report(frames[i], *looks[i]);
     }
+    const std::lock_guard lock(mutex_);
+    for (const JointSighting& sighting : joint) {
+        tracker_.see(frames.back().time, sighting.source(), {&sighting.pose, 1});
+        pass_on(frames.back().time, sighting.source());
+    }
     return result;
+}
+
+/// What fixed cameras that looked at the same moment show together.
+std::vector<JointSighting> SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks) {
+    std::vector<CameraPost*> posts;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        CameraPost* post = stations_[frames[i].camera]->post.get();
+        if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) posts.push_back(post);
+    }
+    return posts.empty() ? std::vector<JointSighting>() : joint_bodies_.find(posts);
 }
 
 SiteRunner::Look SiteRunner::look(const CameraFrame& frame, const FrameHints& hints) {
@@ -201,7 +220,7 @@ void SiteRunner::report(const CameraFrame& frame, const Look& look) {
         state.rate = state.rate == 0 ? rate : 0.9 * state.rate + 0.1 * rate;
     }
     station.last_wall = now;
-    if (page_) station.post->show(frame.image);
+    if (page_) station.post->show(frame.image.grey);
     station.post->tell(tracker_, frame.time);
     state.message = station.post->reason();
     if (station.post->changed()) {
@@ -355,7 +374,7 @@ Result<void> SiteRunner::run_sources(std::vector<std::unique_ptr<FrameSource>> s
 
 void SiteRunner::run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop) {
     const auto use = [&](const SourceFrame& frame, const FrameCount& count) {
-        (void)feed({index, frame.image, frame.time});
+        (void)feed({index, {frame.image, &frame.colour}, frame.time});
         count_dropped(index, count);
     };
     follow_live(source, stop, use, [&](const std::string& message) { set_source_state(index, "failed", message); });

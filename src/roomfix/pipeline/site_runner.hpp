@@ -16,6 +16,7 @@
 #include "roomfix/pipeline/camera_post.hpp"
 #include "roomfix/pipeline/fix_output.hpp"
 #include "roomfix/pipeline/frame_queue.hpp"
+#include "roomfix/pipeline/joint_bodies.hpp"
 #include "roomfix/pipeline/range_ears.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
 #include "roomfix/pipeline/site_calibration.hpp"
@@ -45,7 +46,7 @@ struct RunSettings {
 /// A frame and the camera that it is of, by its place in the runner.
 struct CameraFrame {
     std::size_t camera = 0;
-    LumaView image;
+    PictureView image;
     Nanoseconds time = 0;
 };
 
@@ -69,7 +70,7 @@ public:
     const SiteCamera& camera(std::size_t index) const { return stations_[index]->post->camera(); }
     /// True for a camera that watches from a fixed place and compares with a background.
     bool is_fixed(std::size_t index) const { return stations_[index]->post->is_fixed(); }
-    void set_background(std::size_t index, BackgroundModel background);
+    void set_background(std::size_t index, BackgroundModel background, ColourBackground colour = {});
 
     /// From now on times are those of the system's clock, and fixes state how late they are.
     void measure_latency();
@@ -126,6 +127,7 @@ private:
     std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
     void report(const CameraFrame& frame, const Look& look);
+    std::vector<JointSighting> look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks);
     std::optional<double> latency(Nanoseconds time) const;
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
@@ -143,6 +145,7 @@ private:
 
     Site site_;
     std::vector<std::unique_ptr<Station>> stations_;  // one for each camera that finds robots
+    JointBodies joint_bodies_;
     RangeEars ears_;
     RecordedSenses recorded_;
     std::vector<std::string> line_problems_;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/geometry/floor_lens.hpp"
+
 namespace roomfix {
 
 std::string resolved_path(const Site& site, const std::string& path) {
@@ -38,6 +40,19 @@ Result<KnownPose> known_pose(const SiteCamera& camera, std::string* note) {
 Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
     const auto known = known_pose(camera, note);
     if (!known) return known.error();
+    // Many exact points on the floor show where the lens is not as stated; a stated covariance is believed.
+    const auto* floor = std::get_if<KnownFloorPoints>(&camera.placement);
+    if (floor && camera.intrinsics_covariance.isZero(0)) {
+        FloorPointsPose pose;
+        pose.map_from_camera = known->map_from_camera;
+        if (const auto lens = lens_from_floor_points(camera.model, pose, floor->points)) {
+            if (note) {
+                *note = fmt::format("camera {}: its floor points fit a focal length of {:.1f} px better than the stated {:.1f} px: that is used; calibrate its lens anew",
+                                    camera.id, lens->model.fx, camera.model.fx);
+            }
+            return View{lens->model, lens->map_from_camera, lens->intrinsics};
+        }
+    }
     return View{camera.model, known->map_from_camera, {camera.intrinsics_covariance, known->by_intrinsics}};
 }
 

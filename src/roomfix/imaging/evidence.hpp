@@ -1,0 +1,119 @@
+// How likely it is, pixel by pixel, that a frame shows something that is not the background in another light.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "roomfix/imaging/colour_image.hpp"
+
+namespace roomfix {
+
+struct EvidenceSettings {
+    float dark = 6;               // grey levels added before the logarithm: read noise and black level of common cameras
+    float least_noise = 0.04f;    // of a log colour: compression and rounding at middle grey
+    float shift = 0.5f;           // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
+    float share_lit = 0.08f;      // of pixels lie in a shadow or in a patch of light that the background has not
+    float share_other = 0.10f;    // of pixels show something else
+    float darkest = -1.3f;        // log of what a shadow leaves of the light
+    float brightest = 0.8f;       // log of what the sun adds to it
+    float light_spread = 0.2f;    // softness of these two ends
+    float light_colour = 0.07f;   // by which shadow and sun shift a log colour against their mean: sky and lamps differ
+    float other_range = 2;        // over which log colours of other things are spread evenly, each channel
+    float static_limit = 0.35f;   // log light by which a pixel may be off its block's at first, to count as unchanged
+    float static_close = 0.15f;   // the same once the block's light is known roughly
+};
+
+/// Of one frame. Rows can be summed up quickly.
+struct Evidence {
+    int width = 0;
+    int height = 0;
+    int scale = 1;                   // pixels of the frame per pixel here
+    std::vector<float> probability;  // row-major, 0..1: shows something else
+    std::vector<float> row_sums;     // (width + 1) per row: sum of `probability` left of each pixel
+    std::vector<double> box_sums;    // (width + 1) x (height + 1): sum over all pixels above and to the left
+    double mean = 0;                 // of `probability` over the picture
+
+    bool empty() const { return probability.empty(); }
+    /// Sum over the pixels begin <= x < end of a row.
+    float run(int y, int begin, int end) const {
+        const float* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
+        return row[end] - row[begin];
+    }
+    /// Sum over left <= x < right, top <= y < bottom.
+    double box(int left, int top, int right, int bottom) const {
+        const auto at = [&](int x, int y) { return box_sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) + static_cast<std::size_t>(x)]; };
+        return at(right, bottom) - at(left, bottom) - at(right, top) + at(left, top);
+    }
+    /// Fills the sums from `probability`.
+    void sum_up();
+};
+
+/// Log colours of the empty scene, and how much they vary. What only changes the light, all over or smoothly from place to place and channel
+/// by channel (exposure, white balance, lamps), is solved for within each frame; shadows and patches of light keep the background's
+/// structure and nearly its colour. Robots are what does neither.
+class ColourBackground {
+public:
+    ColourBackground() = default;
+    explicit ColourBackground(const EvidenceSettings& settings) : settings_(settings) {}
+
+    bool empty() const { return mean_.empty(); }
+    int width() const { return width_; }
+    int height() const { return height_; }
+    int channels() const { return channels_; }
+    int scale() const { return scale_; }
+
+    /// Per-pixel median of the frames in one light; robots may stand in some of them, as long as each place is free in most. All frames must
+    /// be of one size; with a grey one among them, all count as grey.
+    void learn(std::vector<ColourImage> frames);
+    /// Of a frame of the background's size; a grey frame is compared in grey, and so is any with a grey background. False if the size is another.
+    bool compare(const ColourImage& frame, Evidence& evidence);
+    /// After compare(): what surely is background moves it by `part` of the difference.
+    void refresh(const Evidence& evidence, float part);
+
+private:
+    struct Light;
+    std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
+    void set_grey();
+    void to_log(const ColourImage& frame, std::vector<float>& log) const;
+    void solve_light(std::vector<float>& difference);
+    void learn_noise(const std::vector<std::vector<float>>& frames);
+    void add_shift_noise();
+    void judge_pixels(Evidence& evidence);
+
+    EvidenceSettings settings_;
+    int width_ = 0;
+    int height_ = 0;
+    int channels_ = 3;
+    int scale_ = 1;
+    std::vector<float> mean_;   // log colours
+    std::vector<float> noise_;  // standard deviation of a channel's log colour, per pixel
+
+    // Working memory, kept between frames.
+    ColourImage grey_;
+    std::vector<float> difference_;  // log colours of the frame in the background's light, less the background's
+    std::vector<float> level_;       // mean of the channels' differences
+    std::vector<float> around_;      // the same over a window
+    std::vector<float> column_;
+    std::vector<float> sorted_;
+    std::vector<float> blocks_;
+    std::vector<float> weights_;
+    std::vector<float> smooth_;
+};
+
+/// Keeps some of the frames that it is shown, evenly spread, for a background to be learned from.
+class ColourFrames {
+public:
+    explicit ColourFrames(std::size_t most = 24) : most_(most) {}
+
+    void add(const ColourImage& frame);
+    const std::vector<ColourImage>& frames() const { return frames_; }
+
+private:
+    std::size_t most_;
+    std::size_t offered_ = 0;
+    std::size_t step_ = 1;
+    std::vector<ColourImage> frames_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,131 @@
+#include "roomfix/overhead/body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "roomfix/geometry/convex_hull.hpp"
+#include "roomfix/overhead/silhouette.hpp"
+
+namespace roomfix {
+namespace {
+
+ConvexPart part_of(const Shape& shape) {
+    ConvexPart part;
+    const Eigen::Vector3d half = half_size(shape);
+    if (std::holds_alternative<Box>(shape)) {
+        for (int i = 0; i < 8; ++i) part.points.emplace_back(i & 1 ? half.x() : -half.x(), i & 2 ? half.y() : -half.y(), i & 4 ? 2 * half.z() : 0);
+        return part;
+    }
+    constexpr int sides = 12;
+    const double radius = half.x() * (1 + 0.25 * std::pow(std::numbers::pi / sides, 2));
+    for (int i = 0; i < 2 * sides; ++i) {
+        const double angle = 2 * std::numbers::pi * (i % sides) / sides;
+        part.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), i < sides ? 0 : 2 * half.z());
+    }
+    return part;
+}
+
+/// Adds the rows of a convex polygon (px of the small picture).
+void fill(std::span<const Eigen::Vector2d> polygon, int width, int height, int row_step, std::vector<Span>& spans) {
+    for_polygon_rows(polygon, width, height, row_step, [&](int y, int begin, int end) { spans.push_back({y, begin, end}); });
+}
+
+/// Joins spans of the same row that touch.
+void merge(std::vector<Span>& spans) {
+    std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.y != b.y ? a.y < b.y : a.begin < b.begin; });
+    std::size_t kept = 0;
+    for (std::size_t i = 1; i < spans.size(); ++i) {
+        if (spans[i].y == spans[kept].y && spans[i].begin <= spans[kept].end) {
+            spans[kept].end = std::max(spans[kept].end, spans[i].end);
+        } else {
+            spans[++kept] = spans[i];
+        }
+    }
+    if (!spans.empty()) spans.resize(kept + 1);
+}
+
+}  // namespace
+
+Body body_of(const SiteRobot& robot) {
+    Body body;
+    body.size_sigma = robot.size_sigma;
+    body.parts = robot.parts.empty() ? std::vector{part_of(robot.shape)} : robot.parts;
+    for (const ConvexPart& part : body.parts) {
+        for (const Eigen::Vector3d& p : part.points) {
+            body.height = std::max(body.height, p.z());
+            body.radius = std::max(body.radius, p.head<2>().norm());
+        }
+    }
+    if (robot.parts.empty()) {
+        body.symmetry = shape_points(robot.shape, robot.size_sigma).symmetry;
+    } else {
+        body.symmetry = 2 * std::numbers::pi;
+    }
+    return body;
+}
+
+void cover(const View& view, const Body& body, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask) {
+    mask.spans.clear();
+    mask.area = mask.whole = 0;
+    mask.valid = false;
+    const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();
+    const Eigen::Vector3d position = view.position();
+    const double c = std::cos(pose.yaw);
+    const double s = std::sin(pose.yaw);
+    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
+    Eigen::Vector2d high = -low;
+    std::vector<Eigen::Vector2d>& pixels = mask.pixels;
+    for (const ConvexPart& part : body.parts) {
+        pixels.clear();
+        for (const Eigen::Vector3d& p : part.points) {
+            const Eigen::Vector3d map(pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y(), p.z());
+            const auto pixel = project(view.model, camera_from_map * (map - position));
+            if (!pixel) return;
+            pixels.push_back((*pixel - Eigen::Vector2d::Constant(0.5 * (scale - 1))) / scale);
+        }
+        mask.order.resize(pixels.size() + 1);
+        mask.hull.resize(pixels.size() + 1);
+        const int corners = convex_hull(pixels, mask.order, mask.hull);
+        if (corners < 3) continue;
+        const std::size_t points = pixels.size();
+        for (int i = 0; i < corners; ++i) pixels.push_back(pixels[static_cast<std::size_t>(mask.hull[static_cast<std::size_t>(i)])]);
+        const std::span<const Eigen::Vector2d> polygon(pixels.data() + points, static_cast<std::size_t>(corners));
+        for (const Eigen::Vector2d& p : polygon) {
+            low = low.cwiseMin(p);
+            high = high.cwiseMax(p);
+        }
+        mask.whole += polygon_area(polygon);
+        fill(polygon, width, height, row_step, mask.spans);
+    }
+    if (body.parts.size() > 1) merge(mask.spans);
+    for (const Span& span : mask.spans) mask.area += (span.end - span.begin) * row_step;
+    mask.whole = std::max(mask.whole, mask.area);
+    mask.left = std::clamp(static_cast<int>(std::floor(std::clamp(low.x(), -1.0, 1e5))), 0, width);
+    mask.top = std::clamp(static_cast<int>(std::floor(std::clamp(low.y(), -1.0, 1e5))), 0, height);
+    mask.right = std::clamp(static_cast<int>(std::ceil(std::clamp(high.x(), -1.0, 1e5))) + 1, mask.left, width);
+    mask.bottom = std::clamp(static_cast<int>(std::ceil(std::clamp(high.y(), -1.0, 1e5))) + 1, mask.top, height);
+    mask.valid = true;
+}
+
+std::vector<Eigen::Vector2d> outline_of(const View& view, const Body& body, const Pose2& pose) {
+    std::vector<Eigen::Vector2d> pixels;
+    const double c = std::cos(pose.yaw);
+    const double s = std::sin(pose.yaw);
+    for (const ConvexPart& part : body.parts) {
+        for (const Eigen::Vector3d& p : part.points) {
+            const auto pixel = project_map_point(view, {pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y(), p.z()});
+            if (!pixel) return {};
+            pixels.push_back(*pixel);
+        }
+    }
+    std::vector<int> order(pixels.size() + 1);
+    std::vector<int> hull(pixels.size() + 1);
+    const auto corners = static_cast<std::size_t>(convex_hull(pixels, order, hull));
+    std::vector<Eigen::Vector2d> outline;
+    const std::size_t step = corners / 64 + 1;
+    for (std::size_t i = 0; i < corners; i += step) outline.push_back(pixels[static_cast<std::size_t>(hull[i])]);
+    return outline;
+}
+
+}  // namespace roomfix

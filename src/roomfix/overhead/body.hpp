@@ -1,0 +1,54 @@
+// A robot's body as the parts that it is made of, and the pixels that it covers.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "roomfix/geometry/view.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// What a robot looks like from outside: convex parts standing on the floor.
+struct Body {
+    std::vector<ConvexPart> parts;  // m, robot frame
+    double height = 0;              // m
+    double radius = 0;              // m, of the smallest circle around the origin that holds it on the floor
+    double symmetry = 0;            // rad after which it looks the same; 0: it has no direction
+    double size_sigma = 0.005;      // m: how well its extent is known
+
+    bool round() const { return symmetry == 0; }
+};
+
+/// A robot's parts, or its shape as one part. Cylinders are prisms of 12 sides of the circle's mean radius.
+Body body_of(const SiteRobot& robot);
+
+/// Pixels begin <= x < end of one row.
+struct Span {
+    int y = 0;
+    int begin = 0;
+    int end = 0;
+};
+
+/// The pixels of a small picture that a body covers; memory is kept between uses.
+struct BodyMask {
+    std::vector<Span> spans;  // no two overlap
+    double area = 0;          // px, of `spans`
+    double whole = 0;         // px, with what lies outside the picture
+    int left = 0, top = 0, right = 0, bottom = 0;  // box around it in the picture, right and bottom exclusive
+    bool valid = false;                            // false: some of it is behind the camera or outside the lens model
+
+    // Working memory.
+    std::vector<Eigen::Vector2d> pixels;
+    std::vector<int> order, hull;
+};
+
+/// Covers the pixels of a picture that is `scale` times smaller than the camera's, `width` x `height` px. Only every `row_step`-th row is
+/// filled, and counts as often.
+void cover(const View& view, const Body& body, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask);
+
+/// The convex hull of all pixels that the body covers, px of the camera's picture, at most 64 corners; empty where it is not seen whole.
+std::vector<Eigen::Vector2d> outline_of(const View& view, const Body& body, const Pose2& pose);
+
+}  // namespace roomfix

@@ -1,0 +1,54 @@
+// Finds the robots of a site by their bodies in what one or several fixed cameras see at the same moment.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "roomfix/overhead/body_search.hpp"
+
+namespace roomfix {
+
+/// A robot found by its body.
+struct BodySighting {
+    int robot = 0;  // index in the site's robots
+    BodyPlace place;
+    std::vector<BodyPlace> others;  // further places that explain the pictures nearly as well, with their weights
+};
+
+struct BodyObserverSettings {
+    BodySearchSettings search;
+    double least_probability = 0.5;  // of a body against clutter, to be a sighting
+    double plainly_filled = 0.75;    // part of the body's pixels that differ from the background, for an outline to need no further look
+    double plainly_alone = 0.15;     // part of the pixels around it that may differ then
+    double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
+};
+
+/// Robots that come in any number are not looked for.
+class BodyObserver {
+public:
+    explicit BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings = {});
+
+    /// `wanted`: a flag for each robot of the site; empty: all of them. Likeliest first; what one explains the next ones do not find again.
+    const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted = {});
+
+    /// Does what one camera sees at a robot's outline plainly show its body, and nothing around it?
+    bool confirms(const SeenBy& camera, int robot, const Pose2& pose);
+    /// Does an outline's place explain the pictures about as well as the best place of the body does?
+    bool agrees(std::span<const SeenBy> cameras, int robot, const Pose2& pose, const BodyPlace& best);
+
+    const Body& body(int robot) const { return bodies_[static_cast<std::size_t>(robot)]; }
+
+private:
+    void take_away(const BodyPlace& place, const Body& body);
+
+    BodyObserverSettings settings_;
+    std::vector<Body> bodies_;
+    std::vector<char> countable_;
+    BodySearch search_;
+    std::vector<Evidence> left_;  // of each camera: what is not explained yet
+    std::vector<SeenBy> moment_;
+    std::vector<BodySighting> found_;
+    BodyMask mask_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,229 @@
+#include "roomfix/overhead/body_search.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "roomfix/overhead/keep_apart.hpp"
+
+namespace roomfix {
+namespace {
+
+struct Floor {
+    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
+    Eigen::Vector2d high = Eigen::Vector2d::Constant(-1e9);
+};
+
+/// All floor that some camera sees, as a rectangle along the map's axes.
+Floor floor_in_sight(std::span<const SeenBy> cameras, const Body& body, double farthest) {
+    Floor floor;
+    for (const SeenBy& camera : cameras) {
+        const View& view = *camera.view;
+        const auto pixels = spread_pixels(view.model);
+        for (Eigen::Index i = 0; i < pixels.cols(); ++i) {
+            for (const double height : {0.0, std::min(body.height, 0.9 * view.position().z())}) {
+                const auto seen = pixel_to_plane(view, pixels.col(i), height);
+                if (!seen || (seen->point - view.position().head<2>()).norm() > farthest * view.position().z()) continue;
+                floor.low = floor.low.cwiseMin(seen->point);
+                floor.high = floor.high.cwiseMax(seen->point);
+            }
+        }
+    }
+    return floor;
+}
+
+/// Halton's sequence, van der Corput's with a prime base.
+double halton(int index, int base) {
+    double result = 0;
+    double part = 1;
+    for (int i = index; i > 0; i /= base) {
+        part /= base;
+        result += part * (i % base);
+    }
+    return result;
+}
+
+/// Two independent normal numbers from two even ones (Box and Muller).
+Eigen::Vector2d normal_pair(double u, double v) {
+    const double r = std::sqrt(-2 * std::log(std::max(u, 1e-12)));
+    return {r * std::cos(2 * std::numbers::pi * v), r * std::sin(2 * std::numbers::pi * v)};
+}
+
+Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.yaw + by.z())}; }
+
+}  // namespace
+
+double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    double sum = 0;
+    for (const SeenBy& camera : cameras) sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, mask_).log_ratio;
+    return sum;
+}
+
+std::vector<BodyPlace> BodySearch::find(std::span<const SeenBy> cameras, const Body& body) {
+    std::vector<BodyPlace> places;
+    search_floor(cameras, body);
+    if (candidates_.empty()) return places;
+    for (Candidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius);
+    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+    keep_apart(candidates_, 4, [&](const Candidate& a, const Candidate& b) {
+        const double turn = body.round() ? 0 : std::abs(std::remainder(a.pose.yaw - b.pose.yaw, body.symmetry));
+        return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * body.radius && turn < 0.5;
+    });
+    double weights = 0;
+    for (const Candidate& candidate : candidates_) weights += std::exp(candidate.score - candidates_[0].score);
+    for (const Candidate& candidate : candidates_) {
+        const double weight = std::exp(candidate.score - candidates_[0].score) / weights;
+        if (!places.empty() && weight < 0.02) break;
+        places.push_back(measure(cameras, body, candidate));
+        places.back().weight = weight;
+    }
+    return places;
+}
+
+/// All places at first, then the best of each neighbourhood.
+void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body) {
+    candidates_.clear();
+    const Floor floor = floor_in_sight(cameras, body, settings_.farthest);
+    if (floor.low.x() > floor.high.x()) return;
+    const Eigen::Vector2d extent = floor.high - floor.low;
+    double step = std::max(settings_.coarse_step * body.radius, settings_.least_step);
+    step = std::max(step, std::sqrt(extent.x() * extent.y() / settings_.most_places));
+    const int turns = body.round() ? 1 : static_cast<int>(std::lround(body.symmetry / std::numbers::pi * 6));
+    for (double y = floor.low.y(); y <= floor.high.y(); y += step) {
+        for (double x = floor.low.x(); x <= floor.high.x(); x += step) {
+            Candidate best{{x, y, 0}, 0};
+            for (int turn = 0; turn < turns; ++turn) {
+                const Pose2 pose{x, y, body.symmetry * turn / turns};
+                const double here = score(cameras, body, pose);
+                if (here > best.score) best = {pose, here};
+            }
+            if (best.score > 1) candidates_.push_back(best);
+        }
+    }
+    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+    keep_apart(candidates_, static_cast<std::size_t>(settings_.most_climbs),
+               [&](const Candidate& a, const Candidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 1.2 * body.radius; });
+}
+
+/// Climbs by trying steps along each axis, ever smaller ones.
+BodySearch::Candidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, Candidate start, double step) {
+    const double smallest = step / 32;
+    for (; step >= smallest; step /= 2) {
+        const double turn = body.round() ? 0 : step / body.radius;
+        for (int round = 0; round < 6; ++round) {
+            bool better = false;
+            for (const Eigen::Vector3d& by : {Eigen::Vector3d(step, 0, 0), Eigen::Vector3d(-step, 0, 0), Eigen::Vector3d(0, step, 0), Eigen::Vector3d(0, -step, 0),
+                                              Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+                if (by.isZero(0)) continue;
+                const Pose2 pose = moved(start.pose, by);
+                const double here = score(cameras, body, pose);
+                if (here <= start.score) continue;
+                start = {pose, here};
+                better = true;
+            }
+            if (!better) break;
+        }
+    }
+    return start;
+}
+
+/// Mean and spread of the poses that explain the pictures about as well, by importance sampling around the best one; then what body and
+/// calibration add.
+BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body, const Candidate& best) {
+    BodyPlace place;
+    place.pose = best.pose;
+    place.log_ratio = best.score;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    const double turn_sigma = body.round() ? 1e-3 : 0.2;
+    Eigen::Matrix3d spread = Eigen::Vector3d(std::pow(0.3 * body.radius, 2), std::pow(0.3 * body.radius, 2), turn_sigma * turn_sigma).asDiagonal();
+    constexpr double wider = 1.5;  // than what was found: tails are looked at, too
+    for (int round = 0; round < settings_.spread_rounds; ++round) {
+        const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
+        const Eigen::Matrix3d lower = root.matrixL();
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+        double weights = 0;
+        for (int i = 0; i < settings_.spread_samples; ++i) {
+            const int index = 1 + i + round * settings_.spread_samples;
+            const Eigen::Vector2d first = normal_pair(halton(index, 2), halton(index, 3));
+            const Eigen::Vector3d unit(first.x(), first.y(), normal_pair(halton(index, 5), halton(index, 7)).x());
+            Eigen::Vector3d by = mean + lower * unit;
+            if (body.round()) by.z() = 0;
+            const double here = score(cameras, body, moved(best.pose, by));
+            const double weight = std::exp(std::clamp(here - best.score + 0.5 * unit.squaredNorm(), -60.0, 12.0));
+            weights += weight;
+            sum += weight * by;
+            squares += weight * by * by.transpose();
+        }
+        if (weights <= 0) break;
+        mean = sum / weights;
+        spread = squares / weights - mean * mean.transpose();
+        spread = 0.5 * (spread + spread.transpose());
+        const double least = settings_.least_place_sigma * settings_.least_place_sigma;
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+        spread = axes.eigenvectors() * axes.eigenvalues().cwiseMax(least).asDiagonal() * axes.eigenvectors().transpose();
+    }
+    place.pose = moved(best.pose, mean);
+    place.covariance = spread;
+
+    // The body's ends, as far as they are seen, and how their pixels move with place, body and calibration.
+    double filled = 0;
+    double samples = 0;
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+    struct End {
+        Eigen::Matrix2d by_place;
+        Eigen::Matrix<double, 2, 6> by_calibration;
+        Eigen::Matrix2d weight;
+        std::size_t camera;
+    };
+    std::vector<End> ends;
+    place.seen.assign(cameras.size(), 0);
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+        const PlaceScore here = score_place(*cameras[c].view, *cameras[c].evidence, body, place.pose, settings_.score, mask_);
+        if (!here.in_picture || here.log_ratio < 1) continue;
+        place.seen[c] = 1;
+        filled += here.samples * here.filled;
+        samples += here.samples;
+        // What is not filled is where the body may end earlier than it is said to.
+        const double gap = 0.35 * (1 - here.filled);
+        const double sideways = std::hypot(body.size_sigma, gap * 2 * body.radius) / 2;
+        const double upwards = std::hypot(body.size_sigma, gap * body.height);
+        for (const double z : {0.0, body.height}) {
+            ViewJacobian jacobian;
+            const auto pixel = project_map_point(*cameras[c].view, {place.pose.x, place.pose.y, z}, &jacobian);
+            if (!pixel || !cameras[c].view->model.contains(*pixel, -20)) continue;
+            End end;
+            end.by_place = jacobian.by_point.leftCols<2>();
+            end.by_calibration = jacobian.by_calibration(*cameras[c].view, Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
+            const Eigen::Vector2d up = jacobian.by_point.col(2);
+            const Eigen::Matrix2d noise = sideways * sideways * end.by_place * end.by_place.transpose() + upwards * upwards * up * up.transpose() +
+                                          Eigen::Matrix2d::Identity();
+            end.weight = noise.inverse();
+            end.camera = c;
+            information += end.by_place.transpose() * end.weight * end.by_place;
+            ends.push_back(end);
+        }
+    }
+    place.filled = samples > 0 ? filled / samples : 0;
+    if (!ends.empty()) {
+        const Eigen::Matrix2d inverse = (information + 1e-6 * Eigen::Matrix2d::Identity()).inverse();
+        place.covariance.topLeftCorner<2, 2>() += inverse;
+        const auto cameras_seen = std::count(place.seen.begin(), place.seen.end(), 1);
+        for (std::size_t c = 0; c < cameras.size(); ++c) {
+            Eigen::Matrix<double, 2, 6> by = Eigen::Matrix<double, 2, 6>::Zero();
+            for (const End& end : ends) {
+                if (end.camera == c) by -= inverse * end.by_place.transpose() * end.weight * end.by_calibration;
+            }
+            place.covariance.topLeftCorner<2, 2>() += by * by.transpose();
+            if (cameras_seen == 1 && place.seen[c]) place.by_calibration.topRows<2>() = by;
+        }
+    }
+    if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
+    const double clutter = settings_.odds_of_clutter;
+    place.probability = 1 / (1 + std::exp(std::clamp(clutter - place.log_ratio, -500.0, 500.0)));
+    return place;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,32 @@
+// How well a robot's body at a pose explains what one camera sees.
+#pragma once
+
+#include "roomfix/imaging/evidence.hpp"
+#include "roomfix/overhead/body.hpp"
+
+namespace roomfix {
+
+/// The score of a place is the logarithm of a ratio of probabilities (nats): the body's pixels show something else in a part that is not
+/// known beforehand (a Beta distribution: bodies have gaps, and colours like the background's), against that they show no more of it than
+/// what lies around them. It is the scan statistic of Kulldorff (1997) with the unknown part integrated out instead of maximised.
+struct PlaceScoreSettings {
+    double filled = 2.0;           // Beta distribution of the part of the body's pixels that differ from the background ...
+    double open = 1.2;             // ... mean 0.62, and wide: a rough body is filled to anything from 0.2 to 1
+    double pixels_per_sample = 15; // px of the small picture that say as much as one independent one: neighbours are alike
+    double least_clutter = 0.02;   // part of the pixels that differ anywhere
+    double surroundings = 0.5;     // of the body's box, to each side: where clutter is counted
+    double hidden = 0.1;           // probability that all of the body is hidden from a camera by something unknown
+    double least_whole = 0.1;      // part of the body that must lie in the picture: less says nothing
+};
+
+struct PlaceScore {
+    double log_ratio = 0;  // nats, 0: the camera says nothing
+    double samples = 0;    // independent pixels of the body in the picture
+    double filled = 0;     // part of them that differ from the background
+    double around = 0;     // part of the pixels around that do
+    bool in_picture = false;
+};
+
+PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, BodyMask& mask);
+
+}  // namespace roomfix

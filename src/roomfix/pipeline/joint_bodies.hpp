@@ -1,0 +1,33 @@
+// Robots found by their bodies in all fixed cameras that looked at the same moment: one slanting view says little along its ray, several do.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "roomfix/pipeline/camera_post.hpp"
+
+namespace roomfix {
+
+/// One robot, seen by several cameras together.
+struct JointSighting {
+    std::vector<std::string> cameras;  // that show it
+    PoseObservation pose;
+
+    /// As the tracker knows it: the cameras' names joined by "+".
+    std::string source() const;
+};
+
+class JointBodies {
+public:
+    explicit JointBodies(const std::vector<SiteRobot>& robots) : robots_(robots), observer_(robots) {}
+
+    /// Robots of which none of the cameras has an outline beyond doubt. The posts have looked at their frames of this moment; doubtful outlines
+    /// that contradict what all cameras show together are taken back.
+    std::vector<JointSighting> find(const std::vector<CameraPost*>& posts);
+
+private:
+    std::vector<SiteRobot> robots_;
+    BodyObserver observer_;
+};
+
+}  // namespace roomfix
