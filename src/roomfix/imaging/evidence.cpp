@@ -49,19 +49,20 @@ void box_mean(const std::vector<float>& from, int width, int height, std::vector
 
 void Evidence::sum_up() {
     const auto line = static_cast<std::size_t>(width) + 1;
-    row_sums.assign(line * static_cast<std::size_t>(height), 0.0f);
-    box_sums.assign(line * (static_cast<std::size_t>(height) + 1), 0.0);
+    row_sums.assign(line * static_cast<std::size_t>(height), {});
+    box_sums.assign(line * (static_cast<std::size_t>(height) + 1), {});
     for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
-        const float* from = probability.data() + y * static_cast<std::size_t>(width);
-        float* row = row_sums.data() + y * line;
-        const double* above = box_sums.data() + y * line;
-        double* below = box_sums.data() + (y + 1) * line;
+        const float* from = balance.data() + y * static_cast<std::size_t>(width);
+        Sums* row = row_sums.data() + y * line;
+        const Sums* above = box_sums.data() + y * line;
+        Sums* below = box_sums.data() + (y + 1) * line;
         for (std::size_t x = 0; x + 1 < line; ++x) {
-            row[x + 1] = row[x] + from[x];
-            below[x + 1] = above[x + 1] + static_cast<double>(row[x + 1]);
+            row[x + 1] = {row[x].other + std::max(from[x], 0.0f), row[x].plain + std::max(-from[x], 0.0f)};
+            below[x + 1] = {above[x + 1].other + row[x + 1].other, above[x + 1].plain + row[x + 1].plain};
         }
     }
-    mean = box_sums.back() / std::max(1.0, static_cast<double>(probability.size()));
+    const Sums all = box_sums.back();
+    clutter = static_cast<double>(all.other) / std::max(1.0, static_cast<double>(all.other + all.plain));
 }
 
 void ColourBackground::set_grey() {
@@ -285,11 +286,11 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         level_[i] = sum / channels;
     }
     box_mean(level_, width_, height_, column_, around_);
-    const float share_same = 1 - settings_.share_lit - settings_.share_other;
-    const float other = settings_.share_other * std::pow(settings_.other_range, -channels);
+    const float share_same = 1 - settings_.share_lit;
+    const float other = std::pow(settings_.other_range, -channels);
     const float colour_variance = settings_.light_colour * settings_.light_colour;
     const float range = settings_.brightest - settings_.darkest;
-    evidence.probability.resize(pixels());
+    evidence.balance.resize(pixels());
     for (std::size_t i = 0; i < pixels(); ++i) {
         const float* d = difference_.data() + i * c;
         const float sigma = noise_[i];
@@ -301,7 +302,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         }
         squares /= sigma * sigma;
         if (squares < channels) {  // plainly the background
-            evidence.probability[i] = 0;
+            evidence.balance[i] = -1;
             continue;
         }
         const float same = share_same * std::exp(-0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)));
@@ -312,16 +313,16 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         float log_lit = -0.5f * (uneven * uneven / (roughness * roughness) + ends * ends) - std::log(roughness) - 0.5f * log_two_pi - std::log(range);
         if (channels_ > 1) log_lit += -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance));
         const float lit = settings_.share_lit * std::exp(log_lit);
-        evidence.probability[i] = other / (other + same + lit);
+        evidence.balance[i] = (other - same - lit) / (other + same + lit);
     }
 }
 
 void ColourBackground::refresh(const Evidence& evidence, float part) {
     if (difference_.size() != mean_.size()) return;
-    constexpr float surely = 0.02f;
+    constexpr float surely = -0.8f;
     const auto c = static_cast<std::size_t>(channels_);
     for (std::size_t i = 0; i < pixels(); ++i) {
-        if (evidence.probability[i] > surely) continue;
+        if (evidence.balance[i] > surely) continue;
         for (std::size_t k = 0; k < c; ++k) mean_[i * c + k] += part * difference_[i * c + k];
     }
 }

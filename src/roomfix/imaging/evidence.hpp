@@ -13,8 +13,7 @@ struct EvidenceSettings {
     float dark = 6;               // grey levels added before the logarithm: read noise and black level of common cameras
     float least_noise = 0.04f;    // of a log colour: compression and rounding at middle grey
     float shift = 0.5f;           // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
-    float share_lit = 0.08f;      // of pixels lie in a shadow or in a patch of light that the background has not
-    float share_other = 0.10f;    // of pixels show something else
+    float share_lit = 0.08f;      // of pixels without anything else lie in a shadow or in a patch of light that the background has not
     float darkest = -1.3f;        // log of what a shadow leaves of the light
     float brightest = 0.8f;       // log of what the sun adds to it
     float light_spread = 0.2f;    // softness of these two ends
@@ -24,28 +23,36 @@ struct EvidenceSettings {
     float static_close = 0.15f;   // the same once the block's light is known roughly
 };
 
-/// Of one frame. Rows can be summed up quickly.
+/// Of one frame. Each pixel's balance is 2 q - 1, where q is the probability that it shows something else if that was as likely as not
+/// beforehand: 1 surely something else, -1 surely the background, 0 where the picture does not tell.
 struct Evidence {
+    /// Sums of the balances of one sign.
+    struct Sums {
+        float other = 0;  // of pixels that rather show something else
+        float plain = 0;  // of pixels that rather show the background
+    };
+
     int width = 0;
     int height = 0;
-    int scale = 1;                   // pixels of the frame per pixel here
-    std::vector<float> probability;  // row-major, 0..1: shows something else
-    std::vector<float> row_sums;     // (width + 1) per row: sum of `probability` left of each pixel
-    std::vector<double> box_sums;    // (width + 1) x (height + 1): sum over all pixels above and to the left
-    double mean = 0;                 // of `probability` over the picture
+    int scale = 1;               // pixels of the frame per pixel here
+    std::vector<float> balance;  // row-major, -1..1
+    std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
+    std::vector<Sums> box_sums;  // (width + 1) x (height + 1): of all pixels above and to the left
+    double clutter = 0;          // part of what the picture tells that is something else
 
-    bool empty() const { return probability.empty(); }
-    /// Sum over the pixels begin <= x < end of a row.
-    float run(int y, int begin, int end) const {
-        const float* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
-        return row[end] - row[begin];
+    bool empty() const { return balance.empty(); }
+    /// Over the pixels begin <= x < end of a row.
+    Sums run(int y, int begin, int end) const {
+        const Sums* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
+        return {row[end].other - row[begin].other, row[end].plain - row[begin].plain};
     }
-    /// Sum over left <= x < right, top <= y < bottom.
-    double box(int left, int top, int right, int bottom) const {
+    /// Over left <= x < right, top <= y < bottom.
+    Sums box(int left, int top, int right, int bottom) const {
         const auto at = [&](int x, int y) { return box_sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) + static_cast<std::size_t>(x)]; };
-        return at(right, bottom) - at(left, bottom) - at(right, top) + at(left, top);
+        const Sums a = at(right, bottom), b = at(left, bottom), c = at(right, top), d = at(left, top);
+        return {a.other - b.other - c.other + d.other, a.plain - b.plain - c.plain + d.plain};
     }
-    /// Fills the sums from `probability`.
+    /// Fills the sums from `balance`.
     void sum_up();
 };
 

@@ -26,6 +26,24 @@ ConvexPart part_of(const Shape& shape) {
     return part;
 }
 
+/// A part drawn in towards its own axis, and a little from above.
+ConvexPart core_of(const ConvexPart& part) {
+    constexpr double across = 0.65;
+    constexpr double up = 0.90;
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    double foot = 1e9;
+    for (const Eigen::Vector3d& p : part.points) {
+        middle += p.head<2>() / static_cast<double>(part.points.size());
+        foot = std::min(foot, p.z());
+    }
+    ConvexPart core = part;
+    for (Eigen::Vector3d& p : core.points) {
+        p.head<2>() = middle + across * (p.head<2>() - middle);
+        p.z() = foot + up * (p.z() - foot);
+    }
+    return core;
+}
+
 /// Adds the rows of a convex polygon (px of the small picture).
 void fill(std::span<const Eigen::Vector2d> polygon, int width, int height, int row_step, std::vector<Span>& spans) {
     for_polygon_rows(polygon, width, height, row_step, [&](int y, int begin, int end) { spans.push_back({y, begin, end}); });
@@ -52,6 +70,7 @@ Body body_of(const SiteRobot& robot) {
     body.size_sigma = robot.size_sigma;
     body.parts = robot.parts.empty() ? std::vector{part_of(robot.shape)} : robot.parts;
     for (const ConvexPart& part : body.parts) {
+        body.core.push_back(core_of(part));
         for (const Eigen::Vector3d& p : part.points) {
             body.height = std::max(body.height, p.z());
             body.radius = std::max(body.radius, p.head<2>().norm());
@@ -65,7 +84,7 @@ Body body_of(const SiteRobot& robot) {
     return body;
 }
 
-void cover(const View& view, const Body& body, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask) {
+void cover(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask) {
     mask.spans.clear();
     mask.area = mask.whole = 0;
     mask.valid = false;
@@ -76,7 +95,7 @@ void cover(const View& view, const Body& body, const Pose2& pose, int width, int
     Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
     Eigen::Vector2d high = -low;
     std::vector<Eigen::Vector2d>& pixels = mask.pixels;
-    for (const ConvexPart& part : body.parts) {
+    for (const ConvexPart& part : parts) {
         pixels.clear();
         for (const Eigen::Vector3d& p : part.points) {
             const Eigen::Vector3d map(pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y(), p.z());
@@ -98,7 +117,7 @@ void cover(const View& view, const Body& body, const Pose2& pose, int width, int
         mask.whole += polygon_area(polygon);
         fill(polygon, width, height, row_step, mask.spans);
     }
-    if (body.parts.size() > 1) merge(mask.spans);
+    if (parts.size() > 1) merge(mask.spans);
     for (const Span& span : mask.spans) mask.area += (span.end - span.begin) * row_step;
     mask.whole = std::max(mask.whole, mask.area);
     mask.left = std::clamp(static_cast<int>(std::floor(std::clamp(low.x(), -1.0, 1e5))), 0, width);

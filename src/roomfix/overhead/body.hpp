@@ -13,6 +13,7 @@ namespace roomfix {
 /// What a robot looks like from outside: convex parts standing on the floor.
 struct Body {
     std::vector<ConvexPart> parts;  // m, robot frame
+    std::vector<ConvexPart> core;   // the same, smaller: what is body even if the parts are rough
     double height = 0;              // m
     double radius = 0;              // m, of the smallest circle around the origin that holds it on the floor
     double symmetry = 0;            // rad after which it looks the same; 0: it has no direction
@@ -46,7 +47,7 @@ struct BodyMask {
 
 /// Covers the pixels of a picture that is `scale` times smaller than the camera's, `width` x `height` px. Only every `row_step`-th row is
 /// filled, and counts as often.
-void cover(const View& view, const Body& body, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask);
+void cover(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask);
 
 /// The convex hull of all pixels that the body covers, px of the camera's picture, at most 64 corners; empty where it is not seen whole.
 std::vector<Eigen::Vector2d> outline_of(const View& view, const Body& body, const Pose2& pose);

@@ -47,11 +47,11 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
 void BodyObserver::take_away(const BodyPlace& place, const Body& body) {
     for (std::size_t c = 0; c < moment_.size(); ++c) {
         Evidence& evidence = left_[c];
-        cover(*moment_[c].view, body, place.pose, evidence.width, evidence.height, evidence.scale, 1, mask_);
+        cover(*moment_[c].view, body.parts, place.pose, evidence.width, evidence.height, evidence.scale, 1, mask_);
         if (!mask_.valid) continue;
         for (const Span& span : mask_.spans) {
-            float* row = evidence.probability.data() + static_cast<std::ptrdiff_t>(span.y) * evidence.width;
-            std::fill(row + span.begin, row + span.end, 0.0f);
+            float* row = evidence.balance.data() + static_cast<std::ptrdiff_t>(span.y) * evidence.width;
+            std::fill(row + span.begin, row + span.end, -1.0f);
         }
         evidence.sum_up();
     }

@@ -6,10 +6,47 @@
 namespace roomfix {
 namespace {
 
+constexpr double rows_enough = 40;  // of a body of one part: more rows say the same
+
 /// log of B(a, b).
 double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
 
-constexpr double rows_enough = 40;  // of a body of one part: more rows say the same
+/// Independent samples, and how many of them show something else.
+struct Samples {
+    double n = 0;
+    double k = 0;
+};
+
+Samples samples_of(const Evidence::Sums& sums, const PlaceScoreSettings& settings) {
+    const double n = static_cast<double>(sums.other + sums.plain) / settings.pixels_per_sample;
+    return {n, std::clamp(static_cast<double>(sums.other) / settings.pixels_per_sample, 0.0, n)};
+}
+
+/// Log probability of one order of k of n, the part of them being of a Beta distribution.
+double log_evidence(const Samples& s, double filled, double open) { return log_beta(filled + s.k, open + s.n - s.k) - log_beta(filled, open); }
+
+Evidence::Sums sum_over(const Evidence& evidence, const BodyMask& mask, int step) {
+    Evidence::Sums sums;
+    for (const Span& span : mask.spans) {
+        const Evidence::Sums run = evidence.run(span.y, span.begin, span.end);
+        sums.other += static_cast<float>(step) * run.other;
+        sums.plain += static_cast<float>(step) * run.plain;
+    }
+    return sums;
+}
+
+/// What differs around the body, and a little of the whole picture's share.
+double clutter_around(const Evidence& evidence, const BodyMask& mask, const Evidence::Sums& inside, const PlaceScoreSettings& settings) {
+    const int across = static_cast<int>(settings.surroundings * (mask.right - mask.left)) + 1;
+    const int down = static_cast<int>(settings.surroundings * (mask.bottom - mask.top)) + 1;
+    const Evidence::Sums box = evidence.box(std::max(mask.left - across, 0), std::max(mask.top - down, 0), std::min(mask.right + across, evidence.width),
+                                            std::min(mask.bottom + down, evidence.height));
+    const double other = std::max(static_cast<double>(box.other - inside.other), 0.0);
+    const double plain = std::max(static_cast<double>(box.plain - inside.plain), 0.0);
+    const double usual = std::max(evidence.clutter, settings.least_clutter);
+    const double weight = settings.usual_weight * mask.area;
+    return std::clamp((other + weight * usual) / (other + plain + weight), settings.least_clutter, 0.95);
+}
 
 }  // namespace
 
@@ -22,31 +59,24 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
         if (!top || !foot) return score;
         step = std::max(1, static_cast<int>(std::abs(foot->y() - top->y()) / evidence.scale / rows_enough));
     }
-    cover(view, body, pose, evidence.width, evidence.height, evidence.scale, step, mask);
+    cover(view, body.core, pose, evidence.width, evidence.height, evidence.scale, step, mask);
+    if (!mask.valid) return score;
+    const Evidence::Sums core = sum_over(evidence, mask, step);
+    cover(view, body.parts, pose, evidence.width, evidence.height, evidence.scale, step, mask);
     if (!mask.valid || mask.area < settings.least_whole * mask.whole || mask.area < 4) return score;
     score.in_picture = true;
-    double other = 0;
-    for (const Span& span : mask.spans) other += step * static_cast<double>(evidence.run(span.y, span.begin, span.end));
-    // Clutter: what differs around the body, and a little of the whole picture's share.
-    const int across = static_cast<int>(settings.surroundings * (mask.right - mask.left)) + 1;
-    const int down = static_cast<int>(settings.surroundings * (mask.bottom - mask.top)) + 1;
-    const int left = std::max(mask.left - across, 0);
-    const int top = std::max(mask.top - down, 0);
-    const int right = std::min(mask.right + across, evidence.width);
-    const int bottom = std::min(mask.bottom + down, evidence.height);
-    const double outside = std::max((right - left) * static_cast<double>(bottom - top) - mask.area, 0.0);
-    const double other_outside = std::clamp(evidence.box(left, top, right, bottom) - other, 0.0, outside);
-    const double usual = std::max(evidence.mean, settings.least_clutter);
-    const double weight = 0.25 * mask.area;
-    const double clutter = std::clamp((other_outside + weight * usual) / (outside + weight), settings.least_clutter, 0.95);
+    const Evidence::Sums inside = sum_over(evidence, mask, step);
+    const double clutter = clutter_around(evidence, mask, inside, settings);
 
-    const double n = mask.area / settings.pixels_per_sample;
-    const double k = std::clamp(other / settings.pixels_per_sample, 0.0, n);
-    score.samples = n;
-    score.filled = k / n;
+    const Samples all = samples_of(inside, settings);
+    const Samples middle = samples_of(core, settings);
+    const double rim_n = std::max(all.n - middle.n, 0.0);
+    const Samples rim{rim_n, std::clamp(all.k - middle.k, 0.0, rim_n)};
+    score.samples = all.n;
+    score.filled = all.n > 0 ? all.k / all.n : 0;
     score.around = clutter;
-    const double body_here = log_beta(settings.filled + k, settings.open + n - k) - log_beta(settings.filled, settings.open);
-    const double nothing_here = k * std::log(clutter) + (n - k) * std::log(1 - clutter);
+    const double body_here = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
+    const double nothing_here = all.k * std::log(clutter) + (all.n - all.k) * std::log(1 - clutter);
     const double ratio = body_here - nothing_here;
     // It may be hidden altogether.
     score.log_ratio = ratio > 20 ? ratio + std::log(1 - settings.hidden) : std::log(settings.hidden + (1 - settings.hidden) * std::exp(ratio));
