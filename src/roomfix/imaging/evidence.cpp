@@ -52,12 +52,12 @@ void Evidence::sum_up() {
     row_sums.assign(line * static_cast<std::size_t>(height), {});
     box_sums.assign(line * (static_cast<std::size_t>(height) + 1), {});
     for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
-        const float* from = balance.data() + y * static_cast<std::size_t>(width);
+        const Sums* from = pixels.data() + y * static_cast<std::size_t>(width);
         Sums* row = row_sums.data() + y * line;
         const Sums* above = box_sums.data() + y * line;
         Sums* below = box_sums.data() + (y + 1) * line;
         for (std::size_t x = 0; x + 1 < line; ++x) {
-            row[x + 1] = {row[x].other + std::max(from[x], 0.0f), row[x].plain + std::max(-from[x], 0.0f)};
+            row[x + 1] = {row[x].other + from[x].other, row[x].plain + from[x].plain};
             below[x + 1] = {above[x + 1].other + row[x + 1].other, above[x + 1].plain + row[x + 1].plain};
         }
     }
@@ -286,11 +286,25 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         level_[i] = sum / channels;
     }
     box_mean(level_, width_, height_, column_, around_);
-    const float share_same = 1 - settings_.share_lit;
-    const float other = std::pow(settings_.other_range, -channels);
+    // At the border of a shadow the window to one side of the pixel is even.
+    uneven_.resize(pixels());
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x) {
+            const auto at = [&](int u, int v) { return around_[static_cast<std::size_t>(std::clamp(v, 0, height_ - 1) * width_ + std::clamp(u, 0, width_ - 1))]; };
+            const float level = level_[static_cast<std::size_t>(y * width_ + x)];
+            float nearest = std::abs(level - at(x, y));
+            for (const int side : {-window, window}) {
+                nearest = std::min(nearest, std::abs(level - at(x + side, y)));
+                nearest = std::min(nearest, std::abs(level - at(x, y + side)));
+            }
+            uneven_[static_cast<std::size_t>(y * width_ + x)] = nearest;
+        }
+    }
+    const float share_same = 1 - settings_.share_lit - settings_.share_other;
+    const float other = settings_.share_other * std::pow(settings_.other_range, -channels);
     const float colour_variance = settings_.light_colour * settings_.light_colour;
     const float range = settings_.brightest - settings_.darkest;
-    evidence.balance.resize(pixels());
+    evidence.pixels.resize(pixels());
     for (std::size_t i = 0; i < pixels(); ++i) {
         const float* d = difference_.data() + i * c;
         const float sigma = noise_[i];
@@ -302,27 +316,28 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         }
         squares /= sigma * sigma;
         if (squares < channels) {  // plainly the background
-            evidence.balance[i] = -1;
+            evidence.pixels[i] = {0, 1};
             continue;
         }
         const float same = share_same * std::exp(-0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)));
-        const float uneven = level_[i] - around_[i];
+        const float uneven = uneven_[i];
         const float roughness = 1.41421356f * std::max(sigma, 0.03f);
         const float beyond = around_[i] < 0 ? std::max(settings_.darkest - around_[i], 0.0f) : std::max(around_[i] - settings_.brightest, 0.0f);
         const float ends = beyond / settings_.light_spread;
         float log_lit = -0.5f * (uneven * uneven / (roughness * roughness) + ends * ends) - std::log(roughness) - 0.5f * log_two_pi - std::log(range);
         if (channels_ > 1) log_lit += -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance));
         const float lit = settings_.share_lit * std::exp(log_lit);
-        evidence.balance[i] = (other - same - lit) / (other + same + lit);
+        const float sum = other + same + lit;
+        evidence.pixels[i] = {std::max(other - lit, 0.0f) / sum, same / sum};
     }
 }
 
 void ColourBackground::refresh(const Evidence& evidence, float part) {
     if (difference_.size() != mean_.size()) return;
-    constexpr float surely = -0.8f;
+    constexpr float surely = 0.95f;
     const auto c = static_cast<std::size_t>(channels_);
     for (std::size_t i = 0; i < pixels(); ++i) {
-        if (evidence.balance[i] > surely) continue;
+        if (evidence.pixels[i].plain < surely) continue;
         for (std::size_t k = 0; k < c; ++k) mean_[i * c + k] += part * difference_[i * c + k];
     }
 }

@@ -13,7 +13,8 @@ struct EvidenceSettings {
     float dark = 6;               // grey levels added before the logarithm: read noise and black level of common cameras
     float least_noise = 0.04f;    // of a log colour: compression and rounding at middle grey
     float shift = 0.5f;           // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
-    float share_lit = 0.08f;      // of pixels without anything else lie in a shadow or in a patch of light that the background has not
+    float share_lit = 0.08f;      // of pixels lie in a shadow or in a patch of light that the background has not
+    float share_other = 0.10f;    // of pixels show something else
     float darkest = -1.3f;        // log of what a shadow leaves of the light
     float brightest = 0.8f;       // log of what the sun adds to it
     float light_spread = 0.2f;    // softness of these two ends
@@ -23,24 +24,24 @@ struct EvidenceSettings {
     float static_close = 0.15f;   // the same once the block's light is known roughly
 };
 
-/// Of one frame. Each pixel's balance is 2 q - 1, where q is the probability that it shows something else if that was as likely as not
-/// beforehand: 1 surely something else, -1 surely the background, 0 where the picture does not tell.
+/// Of one frame. A pixel speaks for something else, for the background, or, where it may as well be the background in another light, not at
+/// all.
 struct Evidence {
-    /// Sums of the balances of one sign.
+    /// Sums of probabilities over pixels.
     struct Sums {
-        float other = 0;  // of pixels that rather show something else
-        float plain = 0;  // of pixels that rather show the background
+        float other = 0;  // that they show something else
+        float plain = 0;  // that they show the background in its own light
     };
 
     int width = 0;
     int height = 0;
     int scale = 1;               // pixels of the frame per pixel here
-    std::vector<float> balance;  // row-major, -1..1
+    std::vector<Sums> pixels;    // row-major
     std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
     std::vector<Sums> box_sums;  // (width + 1) x (height + 1): of all pixels above and to the left
     double clutter = 0;          // part of what the picture tells that is something else
 
-    bool empty() const { return balance.empty(); }
+    bool empty() const { return pixels.empty(); }
     /// Over the pixels begin <= x < end of a row.
     Sums run(int y, int begin, int end) const {
         const Sums* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
@@ -52,7 +53,7 @@ struct Evidence {
         const Sums a = at(right, bottom), b = at(left, bottom), c = at(right, top), d = at(left, top);
         return {a.other - b.other - c.other + d.other, a.plain - b.plain - c.plain + d.plain};
     }
-    /// Fills the sums from `balance`.
+    /// Fills the sums from `pixels`.
     void sum_up();
 };
 
@@ -101,6 +102,7 @@ private:
     std::vector<float> difference_;  // log colours of the frame in the background's light, less the background's
     std::vector<float> level_;       // mean of the channels' differences
     std::vector<float> around_;      // the same over a window
+    std::vector<float> uneven_;      // how far the level is off that of the window around or beside it that is nearest
     std::vector<float> column_;
     std::vector<float> sorted_;
     std::vector<float> blocks_;

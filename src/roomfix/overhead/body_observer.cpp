@@ -50,8 +50,8 @@ void BodyObserver::take_away(const BodyPlace& place, const Body& body) {
         cover(*moment_[c].view, body.parts, place.pose, evidence.width, evidence.height, evidence.scale, 1, mask_);
         if (!mask_.valid) continue;
         for (const Span& span : mask_.spans) {
-            float* row = evidence.balance.data() + static_cast<std::ptrdiff_t>(span.y) * evidence.width;
-            std::fill(row + span.begin, row + span.end, -1.0f);
+            Evidence::Sums* row = evidence.pixels.data() + static_cast<std::ptrdiff_t>(span.y) * evidence.width;
+            std::fill(row + span.begin, row + span.end, Evidence::Sums{0, 1});
         }
         evidence.sum_up();
     }

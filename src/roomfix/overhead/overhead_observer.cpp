@@ -64,7 +64,7 @@ void OverheadObserver::observe_outlines(LumaView frame) {
 /// Robots that have no outline as exact as their description: by all that their body covers. An outline that stands where the body explains
 /// the picture much worse than elsewhere was something else's.
 void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& result) {
-    evidence_.balance.clear();
+    evidence_.pixels.clear();
     if (!frame.colour || colour_background_.empty() || !colour_background_.compare(*frame.colour, evidence_)) return;
     const SeenBy seen{&view_, &evidence_};
     wanted_.assign(robots_.size(), 0);
