@@ -80,6 +80,43 @@ void ColourBackground::to_log(const ColourImage& frame, std::vector<float>& log)
     for (std::size_t i = 0; i < log.size(); ++i) log[i] = table[frame.values[i]];
 }
 
+/// The light of each block from all around it: a Gaussian over blocks and a little of the whole picture's light. A block that does not go with
+/// its neighbours is covered by something, and loses its say.
+void ColourBackground::couple_blocks(int across, int down, const std::array<float, 3>& all) {
+    constexpr int reach = 3;        // blocks
+    constexpr float width = 1.5f;   // blocks, of the Gaussian
+    constexpr float odd = 0.06f;    // log light by which a block may differ from its neighbours and keep half its say
+    const auto c = static_cast<std::size_t>(channels_);
+    says_ = weights_;
+    for (int round = 0; round < 3; ++round) {
+        for (int by = 0; by < down; ++by) {
+            for (int bx = 0; bx < across; ++bx) {
+                const auto b = static_cast<std::size_t>(by * across + bx);
+                float sum = 0.02f;
+                std::array<float, 3> light{};
+                for (std::size_t k = 0; k < c; ++k) light[k] = 0.02f * all[k];
+                for (int dy = -reach; dy <= reach; ++dy) {
+                    for (int dx = -reach; dx <= reach; ++dx) {
+                        const int nx = bx + dx;
+                        const int ny = by + dy;
+                        if (nx < 0 || ny < 0 || nx >= across || ny >= down) continue;
+                        const auto n = static_cast<std::size_t>(ny * across + nx);
+                        const float w = says_[n] * std::exp(-0.5f * static_cast<float>(dx * dx + dy * dy) / (width * width));
+                        sum += w;
+                        for (std::size_t k = 0; k < c; ++k) light[k] += w * blocks_[n * c + k];
+                    }
+                }
+                for (std::size_t k = 0; k < c; ++k) smooth_[b * c + k] = light[k] / sum;
+            }
+        }
+        for (std::size_t b = 0; b < says_.size(); ++b) {
+            float off = 0;
+            for (std::size_t k = 0; k < c; ++k) off = std::max(off, std::abs(blocks_[b * c + k] - smooth_[b * c + k]));
+            says_[b] = weights_[b] / (1 + std::pow(off / odd, 4.0f));
+        }
+    }
+}
+
 /// Takes the light out of the differences: one number per block and channel, from pixels that did not change otherwise, blocks that are
 /// covered from their neighbours, bilinear between them.
 void ColourBackground::solve_light(std::vector<float>& difference) {
@@ -122,27 +159,7 @@ void ColourBackground::solve_light(std::vector<float>& difference) {
                 weights_[b] = seen > 0 ? std::pow(still / seen, 2.0f) : 0;
             }
         }
-        // Neighbours are coupled: a Gaussian of one block, and a little of the whole picture's light.
-        for (int by = 0; by < down; ++by) {
-            for (int bx = 0; bx < across; ++bx) {
-                const auto b = static_cast<std::size_t>(by * across + bx);
-                float sum = 0.02f;
-                std::array<float, 3> light{};
-                for (std::size_t k = 0; k < c; ++k) light[k] = 0.02f * all[k];
-                for (int dy = -2; dy <= 2; ++dy) {
-                    for (int dx = -2; dx <= 2; ++dx) {
-                        const int nx = bx + dx;
-                        const int ny = by + dy;
-                        if (nx < 0 || ny < 0 || nx >= across || ny >= down) continue;
-                        const auto n = static_cast<std::size_t>(ny * across + nx);
-                        const float w = weights_[n] * std::exp(-0.5f * static_cast<float>(dx * dx + dy * dy));
-                        sum += w;
-                        for (std::size_t k = 0; k < c; ++k) light[k] += w * blocks_[n * c + k];
-                    }
-                }
-                for (std::size_t k = 0; k < c; ++k) smooth_[b * c + k] = light[k] / sum;
-            }
-        }
+        couple_blocks(across, down, all);
     }
     for (int y = 0; y < height_; ++y) {
         const float v = std::clamp((static_cast<float>(y) + 0.5f) / block - 0.5f, 0.0f, static_cast<float>(down - 1));

@@ -80,10 +80,10 @@ public:
     void refresh(const Evidence& evidence, float part);
 
 private:
-    struct Light;
     std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
     void set_grey();
     void to_log(const ColourImage& frame, std::vector<float>& log) const;
+    void couple_blocks(int across, int down, const std::array<float, 3>& all);
     void solve_light(std::vector<float>& difference);
     void learn_noise(const std::vector<std::vector<float>>& frames);
     void add_shift_noise();
@@ -107,6 +107,7 @@ private:
     std::vector<float> sorted_;
     std::vector<float> blocks_;
     std::vector<float> weights_;
+    std::vector<float> says_;
     std::vector<float> smooth_;
 };
 

@@ -129,15 +129,14 @@ BodySearch::Candidate BodySearch::climb(std::span<const SeenBy> cameras, const B
     return start;
 }
 
-/// Mean and spread of the poses that explain the pictures about as well, by importance sampling around the best one; then what body and
-/// calibration add.
-BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body, const Candidate& best) {
-    BodyPlace place;
-    place.pose = best.pose;
-    place.log_ratio = best.score;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    const double turn_sigma = body.round() ? 1e-3 : 0.2;
-    Eigen::Matrix3d spread = Eigen::Vector3d(std::pow(0.3 * body.radius, 2), std::pow(0.3 * body.radius, 2), turn_sigma * turn_sigma).asDiagonal();
+/// Mean and spread of the poses that explain the pictures about as well, by importance sampling around the best one. `trust`: part of the
+/// score that counts.
+BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const Candidate& best, double trust) {
+    Spread result;
+    Eigen::Vector3d& mean = result.mean;
+    Eigen::Matrix3d& spread = result.covariance;
+    const double turn_sigma = body.round() ? 1e-3 : 0.3;
+    spread = Eigen::Vector3d(std::pow(0.3 * body.radius, 2), std::pow(0.3 * body.radius, 2), turn_sigma * turn_sigma).asDiagonal();
     constexpr double wider = 1.5;  // than what was found: tails are looked at, too
     for (int round = 0; round < settings_.spread_rounds; ++round) {
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
@@ -152,7 +151,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
             Eigen::Vector3d by = mean + lower * unit;
             if (body.round()) by.z() = 0;
             const double here = score(cameras, body, moved(best.pose, by));
-            const double weight = std::exp(std::clamp(here - best.score + 0.5 * unit.squaredNorm(), -60.0, 12.0));
+            const double weight = std::exp(std::clamp(trust * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
             weights += weight;
             sum += weight * by;
             squares += weight * by * by.transpose();
@@ -165,8 +164,20 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
         spread = axes.eigenvectors() * axes.eigenvalues().cwiseMax(least).asDiagonal() * axes.eigenvectors().transpose();
     }
-    place.pose = moved(best.pose, mean);
-    place.covariance = spread;
+    return result;
+}
+
+/// A place with its covariance: what explains the pictures about as well, what the body's description leaves open, and the calibration.
+BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body, const Candidate& best) {
+    BodyPlace place;
+    place.pose = best.pose;
+    place.log_ratio = best.score;
+    const Spread exact = spread_around(cameras, body, best, 1);
+    // All samples share the errors of the body's description, so that however many they are, they tell only so much.
+    const double trust = std::min(1.0, settings_.most_information / std::max(best.score, 1.0));
+    const Spread honest = spread_around(cameras, body, best, trust);
+    place.pose = moved(best.pose, exact.mean);
+    place.covariance = honest.covariance + (honest.mean - exact.mean) * (honest.mean - exact.mean).transpose();
 
     // The body's ends, as far as they are seen, and how their pixels move with place, body and calibration.
     double filled = 0;

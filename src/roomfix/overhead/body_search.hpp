@@ -24,6 +24,7 @@ struct BodySearchSettings {
     int most_climbs = 8;           // places that are refined
     int spread_samples = 96;       // drawn to measure how far the place is uncertain
     int spread_rounds = 4;
+    double most_information = 40;  // nats: a body that is not exactly as described tells places apart no better than that
     double odds_of_clutter = 12;   // nats: what explains a picture as well as a body does by chance
     double least_place_sigma = 0.003;  // m
 };
@@ -56,8 +57,13 @@ private:
         Pose2 pose;
         double score = 0;
     };
+    struct Spread {
+        Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // from the best pose: m, m, rad
+        Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+    };
     void search_floor(std::span<const SeenBy> cameras, const Body& body);
     Candidate climb(std::span<const SeenBy> cameras, const Body& body, Candidate start, double step);
+    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const Candidate& best, double trust);
     BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const Candidate& best);
 
     BodySearchSettings settings_;
