@@ -146,8 +146,8 @@ void ColourBackground::solve_light(std::vector<float>& difference) {
                 float still = 0;
                 for (std::size_t k = 0; k < c; ++k) {
                     sorted_.clear();
-                    for (int y = by * block; y < bottom; y += 2) {
-                        for (int x = bx * block + (y / 2) % 2; x < right; x += 2) {
+                    for (int y = by * block; y < bottom; y += 3) {
+                        for (int x = bx * block + (y / 3) % 3; x < right; x += 3) {
                             const float d = difference[(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)) * c + k];
                             seen += 1;
                             if (std::abs(d - smooth_[b * c + k]) < limit) sorted_.push_back(d);
@@ -161,23 +161,25 @@ void ColourBackground::solve_light(std::vector<float>& difference) {
         }
         couple_blocks(across, down, all);
     }
+    // Bilinear between the blocks' middles: the blocks' rows first.
+    blocks_.resize(static_cast<std::size_t>(across) * c);
+    const auto column = [&](int x) { return std::clamp((static_cast<float>(x) + 0.5f) / block - 0.5f, 0.0f, static_cast<float>(across - 1)); };
     for (int y = 0; y < height_; ++y) {
         const float v = std::clamp((static_cast<float>(y) + 0.5f) / block - 0.5f, 0.0f, static_cast<float>(down - 1));
-        const int top = std::min(static_cast<int>(v), std::max(down - 2, 0));
-        const float fy = down > 1 ? v - static_cast<float>(top) : 0;
+        const int top = static_cast<int>(v);
+        const int below = std::min(top + 1, down - 1);
+        const float fy = v - static_cast<float>(top);
+        for (std::size_t i = 0; i < blocks_.size(); ++i) {
+            blocks_[i] = smooth_[static_cast<std::size_t>(top * across) * c + i] * (1 - fy) + smooth_[static_cast<std::size_t>(below * across) * c + i] * fy;
+        }
+        float* d = difference.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) * c;
         for (int x = 0; x < width_; ++x) {
-            const float u = std::clamp((static_cast<float>(x) + 0.5f) / block - 0.5f, 0.0f, static_cast<float>(across - 1));
-            const int left = std::min(static_cast<int>(u), std::max(across - 2, 0));
-            const float fx = across > 1 ? u - static_cast<float>(left) : 0;
-            const auto at = [&](int bx, int by, std::size_t k) {
-                return smooth_[static_cast<std::size_t>(std::min(by, down - 1) * across + std::min(bx, across - 1)) * c + k];
-            };
-            float* d = difference.data() + (static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)) * c;
-            for (std::size_t k = 0; k < c; ++k) {
-                const float upper = at(left, top, k) * (1 - fx) + at(left + 1, top, k) * fx;
-                const float lower = at(left, top + 1, k) * (1 - fx) + at(left + 1, top + 1, k) * fx;
-                d[k] -= upper * (1 - fy) + lower * fy;
-            }
+            const float u = column(x);
+            const int left = static_cast<int>(u);
+            const float fx = u - static_cast<float>(left);
+            const float* a = blocks_.data() + static_cast<std::size_t>(left) * c;
+            const float* b = blocks_.data() + static_cast<std::size_t>(std::min(left + 1, across - 1)) * c;
+            for (std::size_t k = 0; k < c; ++k) *d++ -= a[k] * (1 - fx) + b[k] * fx;
         }
     }
 }
@@ -291,6 +293,18 @@ bool ColourBackground::compare(const ColourImage& frame, Evidence& evidence) {
     return true;
 }
 
+/// How far a pixel's level is off that of the window around it or, at the border of a shadow, of the one beside it that is nearest.
+float ColourBackground::unevenness(int x, int y) const {
+    const auto around = [&](int u, int v) { return around_[static_cast<std::size_t>(std::clamp(v, 0, height_ - 1) * width_ + std::clamp(u, 0, width_ - 1))]; };
+    const float level = level_[static_cast<std::size_t>(y * width_ + x)];
+    float nearest = std::abs(level - around(x, y));
+    for (const int side : {-window, window}) {
+        nearest = std::min(nearest, std::abs(level - around(x + side, y)));
+        nearest = std::min(nearest, std::abs(level - around(x, y + side)));
+    }
+    return nearest;
+}
+
 /// Posterior of three explanations of each pixel: the background; the background in another light, which is even around the pixel and has
 /// nearly the same colour in all channels; something else, of any colour.
 void ColourBackground::judge_pixels(Evidence& evidence) {
@@ -303,20 +317,6 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         level_[i] = sum / channels;
     }
     box_mean(level_, width_, height_, column_, around_);
-    // At the border of a shadow the window to one side of the pixel is even.
-    uneven_.resize(pixels());
-    for (int y = 0; y < height_; ++y) {
-        for (int x = 0; x < width_; ++x) {
-            const auto at = [&](int u, int v) { return around_[static_cast<std::size_t>(std::clamp(v, 0, height_ - 1) * width_ + std::clamp(u, 0, width_ - 1))]; };
-            const float level = level_[static_cast<std::size_t>(y * width_ + x)];
-            float nearest = std::abs(level - at(x, y));
-            for (const int side : {-window, window}) {
-                nearest = std::min(nearest, std::abs(level - at(x + side, y)));
-                nearest = std::min(nearest, std::abs(level - at(x, y + side)));
-            }
-            uneven_[static_cast<std::size_t>(y * width_ + x)] = nearest;
-        }
-    }
     const float share_same = 1 - settings_.share_lit - settings_.share_other;
     const float other = settings_.share_other * std::pow(settings_.other_range, -channels);
     const float colour_variance = settings_.light_colour * settings_.light_colour;
@@ -337,7 +337,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
             continue;
         }
         const float same = share_same * std::exp(-0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)));
-        const float uneven = uneven_[i];
+        const float uneven = unevenness(static_cast<int>(i) % width_, static_cast<int>(i) / width_);
         const float roughness = 1.41421356f * std::max(sigma, 0.03f);
         const float beyond = around_[i] < 0 ? std::max(settings_.darkest - around_[i], 0.0f) : std::max(around_[i] - settings_.brightest, 0.0f);
         const float ends = beyond / settings_.light_spread;

@@ -87,6 +87,7 @@ private:
     void solve_light(std::vector<float>& difference);
     void learn_noise(const std::vector<std::vector<float>>& frames);
     void add_shift_noise();
+    float unevenness(int x, int y) const;
     void judge_pixels(Evidence& evidence);
 
     EvidenceSettings settings_;
@@ -102,7 +103,6 @@ private:
     std::vector<float> difference_;  // log colours of the frame in the background's light, less the background's
     std::vector<float> level_;       // mean of the channels' differences
     std::vector<float> around_;      // the same over a window
-    std::vector<float> uneven_;      // how far the level is off that of the window around or beside it that is nearest
     std::vector<float> column_;
     std::vector<float> sorted_;
     std::vector<float> blocks_;

@@ -22,7 +22,7 @@ struct PoseObservation {
 inline std::vector<PoseObservation> poses_of(const std::vector<SilhouetteObservation>& silhouettes) {
     std::vector<PoseObservation> poses;
     for (const auto& o : silhouettes) {
-        poses.push_back({o.robot, o.pose, o.yaw_known, o.covariance, static_cast<int>(o.hypotheses.size()), o.by_calibration});
+        poses.push_back({o.robot, o.pose, o.yaw_known, o.covariance, o.like_turns, o.by_calibration});
     }
     return poses;
 }

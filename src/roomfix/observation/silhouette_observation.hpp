@@ -21,7 +21,8 @@ struct SilhouetteObservation {
     bool yaw_known = true;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; m, rad; with the camera's calibration in it
     Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by the six independent errors of the view's calibration
-    FixedList<PoseHypothesis, 4> hypotheses;                                           // poses that look the same, the best first
+    int like_turns = 1;                                                                // so many turns in a circle look the same
+    FixedList<PoseHypothesis, 4> hypotheses;                                           // all poses that may be it, the best first
     double support = 0;                                                                // part of the visible outline that the picture confirms, 0..1
     double visible = 0;                      // part of the outline that is inside the picture and not behind another robot, 0..1
     bool doubtful = false;                   // an outline that the body's whole area does not plainly confirm

@@ -15,6 +15,12 @@ struct BodySighting {
     std::vector<BodyPlace> others;  // further places that explain the pictures nearly as well, with their weights
 };
 
+/// A robot that is known to stand somewhere: what it explains is not looked at again.
+struct KnownRobot {
+    int robot = 0;
+    Pose2 pose;
+};
+
 struct BodyObserverSettings {
     BodySearchSettings search;
     double least_probability = 0.5;  // of a body against clutter, to be a sighting
@@ -28,25 +34,27 @@ class BodyObserver {
 public:
     explicit BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings = {});
 
-    /// `wanted`: a flag for each robot of the site; empty: all of them. Likeliest first; what one explains the next ones do not find again.
-    const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted = {});
+    /// `wanted`: a flag for each robot of the site. Likeliest first; what one explains the next ones do not find again. Look-alikes share one
+    /// search.
+    const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {});
 
     /// Does what one camera sees at a robot's outline plainly show its body, and nothing around it?
     bool confirms(const SeenBy& camera, int robot, const Pose2& pose);
     /// Does an outline's place explain the pictures about as well as the best place of the body does?
     bool agrees(std::span<const SeenBy> cameras, int robot, const Pose2& pose, const BodyPlace& best);
 
-    const Body& body(int robot) const { return bodies_[static_cast<std::size_t>(robot)]; }
+    const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:
-    void take_away(const BodyPlace& place, const Body& body);
+    void take_away(const Pose2& pose, const Body& body);
 
     BodyObserverSettings settings_;
-    std::vector<Body> bodies_;
-    std::vector<char> countable_;
+    std::vector<Body> bodies_;          // one for all robots that look alike
+    std::vector<std::size_t> kind_of_;  // of each robot: which of the bodies is its own
     BodySearch search_;
     std::vector<Evidence> left_;  // of each camera: what is not explained yet
     std::vector<SeenBy> moment_;
+    std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
     std::vector<BodySighting> found_;
     BodyMask mask_;
 };

@@ -51,6 +51,8 @@ Eigen::Vector2d normal_pair(double u, double v) {
     return {r * std::cos(2 * std::numbers::pi * v), r * std::sin(2 * std::numbers::pi * v)};
 }
 
+bool better(const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; }
+
 Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.yaw + by.z())}; }
 
 }  // namespace
@@ -61,25 +63,81 @@ double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, cons
     return sum;
 }
 
-std::vector<BodyPlace> BodySearch::find(std::span<const SeenBy> cameras, const Body& body) {
-    std::vector<BodyPlace> places;
+std::vector<BodyCandidate> BodySearch::candidates(std::span<const SeenBy> cameras, const Body& body) {
     search_floor(cameras, body);
-    if (candidates_.empty()) return places;
-    for (Candidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius);
-    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
-    keep_apart(candidates_, 4, [&](const Candidate& a, const Candidate& b) {
+    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius);
+    std::sort(candidates_.begin(), candidates_.end(), better);
+    keep_apart(candidates_, static_cast<std::size_t>(settings_.most_climbs), [&](const BodyCandidate& a, const BodyCandidate& b) {
         const double turn = body.round() ? 0 : std::abs(std::remainder(a.pose.yaw - b.pose.yaw, body.symmetry));
         return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * body.radius && turn < 0.5;
     });
-    double weights = 0;
-    for (const Candidate& candidate : candidates_) weights += std::exp(candidate.score - candidates_[0].score);
-    for (const Candidate& candidate : candidates_) {
-        const double weight = std::exp(candidate.score - candidates_[0].score) / weights;
-        if (!places.empty() && weight < 0.02) break;
+    return candidates_;
+}
+
+void BodySearch::score_again(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates) {
+    for (BodyCandidate& candidate : candidates) {
+        const double now = score(cameras, body, candidate.pose);
+        const bool less = now < candidate.score - 1;
+        candidate.score = now;
+        if (less && now > 1) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
+    }
+    std::erase_if(candidates, [](const BodyCandidate& c) { return c.score <= 1; });
+    std::sort(candidates.begin(), candidates.end(), better);
+}
+
+std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const Body& body, const std::vector<BodyCandidate>& candidates) {
+    constexpr std::size_t most = 4;
+    constexpr double least_weight = 0.02;
+    std::vector<BodyPlace> places;
+    if (candidates.empty()) return places;
+    const double trust = trust_in(candidates[0].score);
+    double weights = std::exp(trust * (settings_.odds_of_clutter - candidates[0].score));  // that it is none of them
+    for (const BodyCandidate& candidate : candidates) weights += std::exp(trust * (candidate.score - candidates[0].score));
+    for (const BodyCandidate& candidate : candidates) {
+        const double weight = std::exp(trust * (candidate.score - candidates[0].score)) / weights;
+        if (places.size() == most || (!places.empty() && weight < least_weight)) break;
         places.push_back(measure(cameras, body, candidate));
         places.back().weight = weight;
     }
+    add_rivals(places, body);
     return places;
+}
+
+/// All samples of a body share the errors of its description, so that however many they are, they tell only so much.
+double BodySearch::trust_in(double score) const { return std::min(1.0, settings_.most_information / std::max(score, 1.0)); }
+
+/// The best place is as uncertain as all that might be it together.
+void BodySearch::add_rivals(std::vector<BodyPlace>& places, const Body& body) {
+    double weights = 0;
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (const BodyPlace& place : places) {
+        const double turn = body.round() ? 0 : std::remainder(place.pose.yaw - places[0].pose.yaw, body.symmetry);
+        const Eigen::Vector3d off(place.pose.x - places[0].pose.x, place.pose.y - places[0].pose.y, turn);
+        sum += place.weight * (place.covariance + off * off.transpose());
+        weights += place.weight;
+    }
+    places[0].covariance = sum / weights;
+}
+
+/// Does any camera show something else where the body would stand?
+bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const {
+    for (const SeenBy& camera : cameras) {
+        const Evidence& evidence = *camera.evidence;
+        const auto foot = project_map_point(*camera.view, {place.x(), place.y(), 0});
+        const auto top = project_map_point(*camera.view, {place.x(), place.y(), body.height});
+        if (!foot || !top) continue;
+        const double distance = (camera.view->position() - Eigen::Vector3d(place.x(), place.y(), 0.5 * body.height)).norm();
+        const double reach = body.radius * camera.view->model.fx / std::max(distance, 0.1);
+        const auto cell = [&](double pixel, int size) { return std::clamp(static_cast<int>(std::clamp(pixel, -1e6, 1e6) / evidence.scale), 0, size); };
+        const int left = cell(std::min(foot->x(), top->x()) - reach, evidence.width);
+        const int right = cell(std::max(foot->x(), top->x()) + reach + evidence.scale, evidence.width);
+        const int above = cell(std::min(foot->y(), top->y()) - reach, evidence.height);
+        const int below = cell(std::max(foot->y(), top->y()) + reach + evidence.scale, evidence.height);
+        if (right <= left || below <= above) continue;
+        const Evidence::Sums seen = evidence.box(left, above, right, below);
+        if (static_cast<double>(seen.other) > settings_.least_other * static_cast<double>(seen.other + seen.plain)) return true;
+    }
+    return false;
 }
 
 /// All places at first, then the best of each neighbourhood.
@@ -93,7 +151,8 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
     const int turns = body.round() ? 1 : static_cast<int>(std::lround(body.symmetry / std::numbers::pi * 6));
     for (double y = floor.low.y(); y <= floor.high.y(); y += step) {
         for (double x = floor.low.x(); x <= floor.high.x(); x += step) {
-            Candidate best{{x, y, 0}, 0};
+            if (!worth_a_look(cameras, body, {x, y})) continue;
+            BodyCandidate best{{x, y, 0}, 0};
             for (int turn = 0; turn < turns; ++turn) {
                 const Pose2 pose{x, y, body.symmetry * turn / turns};
                 const double here = score(cameras, body, pose);
@@ -102,18 +161,18 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
             if (best.score > 1) candidates_.push_back(best);
         }
     }
-    std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+    std::sort(candidates_.begin(), candidates_.end(), better);
     keep_apart(candidates_, static_cast<std::size_t>(settings_.most_climbs),
-               [&](const Candidate& a, const Candidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 1.2 * body.radius; });
+               [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 1.2 * body.radius; });
 }
 
 /// Climbs by trying steps along each axis, ever smaller ones.
-BodySearch::Candidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, Candidate start, double step) {
+BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step) {
     const double smallest = step / 32;
     for (; step >= smallest; step /= 2) {
         const double turn = body.round() ? 0 : step / body.radius;
         for (int round = 0; round < 6; ++round) {
-            bool better = false;
+            bool improved = false;
             for (const Eigen::Vector3d& by : {Eigen::Vector3d(step, 0, 0), Eigen::Vector3d(-step, 0, 0), Eigen::Vector3d(0, step, 0), Eigen::Vector3d(0, -step, 0),
                                               Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
                 if (by.isZero(0)) continue;
@@ -121,9 +180,9 @@ BodySearch::Candidate BodySearch::climb(std::span<const SeenBy> cameras, const B
                 const double here = score(cameras, body, pose);
                 if (here <= start.score) continue;
                 start = {pose, here};
-                better = true;
+                improved = true;
             }
-            if (!better) break;
+            if (!improved) break;
         }
     }
     return start;
@@ -131,7 +190,7 @@ BodySearch::Candidate BodySearch::climb(std::span<const SeenBy> cameras, const B
 
 /// Mean and spread of the poses that explain the pictures about as well, by importance sampling around the best one. `trust`: part of the
 /// score that counts.
-BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const Candidate& best, double trust) {
+BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust) {
     Spread result;
     Eigen::Vector3d& mean = result.mean;
     Eigen::Matrix3d& spread = result.covariance;
@@ -168,14 +227,12 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
 }
 
 /// A place with its covariance: what explains the pictures about as well, what the body's description leaves open, and the calibration.
-BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body, const Candidate& best) {
+BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best) {
     BodyPlace place;
     place.pose = best.pose;
     place.log_ratio = best.score;
     const Spread exact = spread_around(cameras, body, best, 1);
-    // All samples share the errors of the body's description, so that however many they are, they tell only so much.
-    const double trust = std::min(1.0, settings_.most_information / std::max(best.score, 1.0));
-    const Spread honest = spread_around(cameras, body, best, trust);
+    const Spread honest = spread_around(cameras, body, best, trust_in(best.score));
     place.pose = moved(best.pose, exact.mean);
     place.covariance = honest.covariance + (honest.mean - exact.mean) * (honest.mean - exact.mean).transpose();
 

@@ -21,7 +21,8 @@ struct BodySearchSettings {
     double least_step = 0.05;      // m, of the coarse places
     int most_places = 40000;       // tried at first; the step grows where the floor is larger
     double farthest = 8;           // times the camera's height: nobody locates robots beyond
-    int most_climbs = 8;           // places that are refined
+    double least_other = 0.06;     // part of the body's box that must show something else for a closer look
+    int most_climbs = 12;          // places that are refined
     int spread_samples = 96;       // drawn to measure how far the place is uncertain
     int spread_rounds = 4;
     double most_information = 40;  // nats: a body that is not exactly as described tells places apart no better than that
@@ -41,34 +42,43 @@ struct BodyPlace {
     std::vector<char> seen;                                                            // of each camera: it has the body in its picture and shows it
 };
 
+/// A pose with its score in all cameras together, nats.
+struct BodyCandidate {
+    Pose2 pose;
+    double score = 0;
+};
+
 /// Keeps its working memory.
 class BodySearch {
 public:
     explicit BodySearch(const BodySearchSettings& settings = {}) : settings_(settings) {}
 
-    /// The best places, best first, none likelier than clutter: empty. `near`: looks only there, with its covariance.
-    std::vector<BodyPlace> find(std::span<const SeenBy> cameras, const Body& body);
+    /// Poses that explain the pictures better than nothing does, apart from each other, best first.
+    std::vector<BodyCandidate> candidates(std::span<const SeenBy> cameras, const Body& body);
+    /// Scores candidates anew after what is seen has changed, and sorts them; those that explain nothing any more are left out.
+    void score_again(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates);
+    /// The best of the candidates as places with their covariances and weights, best first.
+    std::vector<BodyPlace> places(std::span<const SeenBy> cameras, const Body& body, const std::vector<BodyCandidate>& candidates);
 
     /// Score of one pose in all cameras together, nats.
     double score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
 
 private:
-    struct Candidate {
-        Pose2 pose;
-        double score = 0;
-    };
     struct Spread {
         Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // from the best pose: m, m, rad
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     };
     void search_floor(std::span<const SeenBy> cameras, const Body& body);
-    Candidate climb(std::span<const SeenBy> cameras, const Body& body, Candidate start, double step);
-    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const Candidate& best, double trust);
-    BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const Candidate& best);
+    bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
+    BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step);
+    double trust_in(double score) const;
+    static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
+    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust);
+    BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best);
 
     BodySearchSettings settings_;
     BodyMask mask_;
-    std::vector<Candidate> candidates_;
+    std::vector<BodyCandidate> candidates_;
 };
 
 }  // namespace roomfix

@@ -69,13 +69,16 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     const SeenBy seen{&view_, &evidence_};
     wanted_.assign(robots_.size(), 0);
     for (std::size_t r = 0; r < robots_.size(); ++r) wanted_[r] = !robots_[r].many && !(r < elsewhere_.size() && elsewhere_[r]);
+    known_.clear();
     for (SilhouetteObservation& o : result.observations) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) continue;
         o.doubtful = !bodies_.confirms(seen, o.robot, o.pose);
-        if (!o.doubtful) wanted_[static_cast<std::size_t>(o.robot)] = 0;
+        if (o.doubtful) continue;
+        wanted_[static_cast<std::size_t>(o.robot)] = 0;
+        known_.push_back({o.robot, o.pose});
     }
     if (bodies_wanted_) {
-        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_)) {
+        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_, known_)) {
             auto outline = std::find_if(result.observations.begin(), result.observations.end(), [&](const auto& o) { return o.robot == sighting.robot; });
             if (outline != result.observations.end() && bodies_.agrees({&seen, 1}, sighting.robot, outline->pose, sighting.place)) continue;
             if (outline != result.observations.end()) result.observations.erase(outline);
@@ -308,6 +311,7 @@ SilhouetteObservation OverheadObserver::observation_of(const Found& found) const
     observation.support = fit.visible > 0 ? static_cast<double>(fit.supported) / fit.visible : 0;
     observation.visible = fit.total > 0 ? static_cast<double>(fit.visible) / fit.total : 0;
     const int alike = shape.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / shape.symmetry));
+    observation.like_turns = alike;
     for (int i = 0; i < alike; ++i) {
         observation.hypotheses.push_back({{fit.pose.x, fit.pose.y, wrap_angle(fit.pose.yaw + i * shape.symmetry)}, 1.0 / alike});
     }
@@ -351,6 +355,15 @@ void OverheadObserver::refresh_background(LumaView frame) {
     background_.refresh(frame, foreground_, scratch_);
 }
 
+/// A place in all turns that look the same, as far as there is room.
+static void add_hypotheses(const BodyPlace& place, const Body& body, SilhouetteObservation& observation) {
+    const std::size_t turns = static_cast<std::size_t>(observation.like_turns);
+    if (observation.hypotheses.size() + turns > observation.hypotheses.capacity()) return;
+    for (int i = 0; i < observation.like_turns; ++i) {
+        observation.hypotheses.push_back({{place.pose.x, place.pose.y, wrap_angle(place.pose.yaw + i * body.symmetry)}, place.weight / observation.like_turns});
+    }
+}
+
 SilhouetteObservation observation_of(const BodySighting& sighting, const Body& body, const View& view) {
     SilhouetteObservation observation;
     const BodyPlace& place = sighting.place;
@@ -361,10 +374,9 @@ SilhouetteObservation observation_of(const BodySighting& sighting, const Body& b
     observation.yaw_known = !body.round();
     observation.support = place.filled;
     observation.visible = 1;
-    const int alike = body.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / body.symmetry));
-    for (int i = 0; i < alike; ++i) {
-        observation.hypotheses.push_back({{place.pose.x, place.pose.y, wrap_angle(place.pose.yaw + i * body.symmetry)}, 1.0 / alike});
-    }
+    observation.like_turns = body.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / body.symmetry));
+    add_hypotheses(place, body, observation);
+    for (const BodyPlace& other : sighting.others) add_hypotheses(other, body, observation);
     for (const Eigen::Vector2d& corner : outline_of(view, body, place.pose)) observation.outline.push_back(corner.cast<float>());
     return observation;
 }

@@ -125,6 +125,7 @@ private:
     std::vector<Silhouette> others_;
     Evidence evidence_;
     std::vector<char> wanted_;
+    std::vector<KnownRobot> known_;
 };
 
 /// A robot found by its body, as an observation of one camera.

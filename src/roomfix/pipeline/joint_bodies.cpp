@@ -4,27 +4,25 @@
 
 namespace roomfix {
 
-std::string JointSighting::source() const {
-    std::string name;
-    for (const std::string& camera : cameras) name += (name.empty() ? "" : "+") + camera;
-    return name;
-}
-
-std::vector<JointSighting> JointBodies::find(const std::vector<CameraPost*>& posts) {
-    std::vector<JointSighting> sightings;
+JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
+    JointSighting together;
+    std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;
     std::vector<char> wanted;
     for (const SiteRobot& robot : robots_) wanted.push_back(!robot.many);
     for (CameraPost* post : posts) {
         moment.push_back({&post->view(), &post->evidence()});
+        together.source += (together.source.empty() ? "" : "+") + post->id();
         for (const SilhouetteObservation& o : post->outlines()) {
-            if (!o.doubtful) wanted[static_cast<std::size_t>(o.robot)] = 0;
+            if (o.doubtful) continue;
+            wanted[static_cast<std::size_t>(o.robot)] = 0;
+            known.push_back({o.robot, o.pose});
         }
         for (std::size_t r = 0; r < robots_.size(); ++r) {
             if (post->sees_tag_of(static_cast<int>(r))) wanted[r] = 0;
         }
     }
-    for (const BodySighting& body : observer_.find(moment, wanted)) {
+    for (const BodySighting& body : observer_.find(moment, wanted, known)) {
         const Body& shape = observer_.body(body.robot);
         bool exact = false;
         for (std::size_t c = 0; c < posts.size(); ++c) {
@@ -38,17 +36,14 @@ std::vector<JointSighting> JointBodies::find(const std::vector<CameraPost*>& pos
             }
         }
         if (exact) continue;
-        JointSighting sighting;
         for (std::size_t c = 0; c < posts.size(); ++c) {
             if (!body.place.seen[c]) continue;
-            sighting.cameras.push_back(posts[c]->id());
             const SilhouetteObservation drawn = observation_of(body, shape, posts[c]->view());
             posts[c]->replace_outline(body.robot, &drawn);
-            sighting.pose = poses_of({drawn}).front();
         }
-        if (!sighting.cameras.empty()) sightings.push_back(sighting);
+        together.robots.push_back(poses_of({observation_of(body, shape, posts[0]->view())}).front());
     }
-    return sightings;
+    return together;
 }
 
 }  // namespace roomfix

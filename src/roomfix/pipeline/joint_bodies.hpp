@@ -8,13 +8,10 @@
 
 namespace roomfix {
 
-/// One robot, seen by several cameras together.
+/// What several cameras show together.
 struct JointSighting {
-    std::vector<std::string> cameras;  // that show it
-    PoseObservation pose;
-
-    /// As the tracker knows it: the cameras' names joined by "+".
-    std::string source() const;
+    std::string source;  // the cameras' names joined by "+"
+    std::vector<PoseObservation> robots;
 };
 
 class JointBodies {
@@ -23,7 +20,7 @@ public:
 
     /// Robots of which none of the cameras has an outline beyond doubt. The posts have looked at their frames of this moment; doubtful outlines
     /// that contradict what all cameras show together are taken back.
-    std::vector<JointSighting> find(const std::vector<CameraPost*>& posts);
+    JointSighting find(const std::vector<CameraPost*>& posts);
 
 private:
     std::vector<SiteRobot> robots_;

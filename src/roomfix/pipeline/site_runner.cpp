@@ -18,6 +18,20 @@ constexpr double publish_interval = 0.06;  // s: a screen needs no more
 const std::string range_source_name = "ranges";
 const std::string range_places_name = "places by ranges";
 
+/// Cameras that looked together, each by its own name, none twice.
+std::vector<std::string> single_sources(const std::vector<std::string>& sources) {
+    std::vector<std::string> single;
+    for (const std::string& source : sources) {
+        for (std::size_t begin = 0; begin <= source.size();) {
+            const std::size_t end = std::min(source.find('+', begin), source.size());
+            const std::string name = source.substr(begin, end - begin);
+            if (std::find(single.begin(), single.end(), name) == single.end()) single.push_back(name);
+            begin = end + 1;
+        }
+    }
+    return single;
+}
+
 }  // namespace
 
 SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site.robots), tracker_(site) {}
@@ -132,28 +146,28 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
         const auto i = static_cast<std::size_t>(job);
         if (looks[i]) looks[i] = look(frames[i], hints[i]);
     });
-    std::vector<JointSighting> joint;
+    JointSighting joint;
     if (fixed >= 2) joint = look_together(frames, looks);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         tell_until(frames[i].time);
         if (looks[i]) report(frames[i], *looks[i]);
     }
     const std::lock_guard lock(mutex_);
-    for (const JointSighting& sighting : joint) {
-        tracker_.see(frames.back().time, sighting.source(), {&sighting.pose, 1});
-        pass_on(frames.back().time, sighting.source());
+    if (!joint.robots.empty()) {
+        tracker_.see(frames.back().time, joint.source, joint.robots);
+        pass_on(frames.back().time, joint.source);
     }
     return result;
 }
 
 /// What fixed cameras that looked at the same moment show together.
-std::vector<JointSighting> SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks) {
+JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks) {
     std::vector<CameraPost*> posts;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         CameraPost* post = stations_[frames[i].camera]->post.get();
         if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) posts.push_back(post);
     }
-    return posts.empty() ? std::vector<JointSighting>() : joint_bodies_.find(posts);
+    return posts.empty() ? JointSighting() : joint_bodies_.find(posts);
 }
 
 SiteRunner::Look SiteRunner::look(const CameraFrame& frame, const FrameHints& hints) {
@@ -325,6 +339,7 @@ void SiteRunner::pass_on(Nanoseconds time, const std::string& camera) {
         const bool seen_here = std::find(fix.sources.begin(), fix.sources.end(), camera) != fix.sources.end();
         if (!seen_here && fix.status == FixStatus::ok) continue;
         fix.latency = latency(time);
+        fix.sources = single_sources(fix.sources);
         given.push_back(fix);
     }
     if (smoothing_) {

@@ -127,7 +127,7 @@ private:
     std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
     void report(const CameraFrame& frame, const Look& look);
-    std::vector<JointSighting> look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks);
+    JointSighting look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks);
     std::optional<double> latency(Nanoseconds time) const;
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
