@@ -13,6 +13,7 @@
 #include "roomfix/overhead/li2014.hpp"
 #include "roomfix/pipeline/floor_session.hpp"
 #include "roomfix/site/site_text.hpp"
+#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -29,24 +30,12 @@ struct Arguments {
     WriteOptions write;
 };
 
-/// Numbers between commas.
-std::optional<std::vector<double>> numbers_in(const std::string& text) {
-    std::vector<double> numbers;
-    std::istringstream stream(text);
-    for (std::string part; std::getline(stream, part, ',');) {
-        const auto value = parse_number(part);
-        if (!value) return std::nullopt;
-        numbers.push_back(*value);
-    }
-    return numbers;
-}
-
 Result<FloorOptions> options_of(const Arguments& arguments) {
     FloorOptions options = arguments.options;
     for (const std::string& text : arguments.points) {
         const auto equals = text.find('=');
-        const auto pixel = numbers_in(text.substr(0, equals));
-        const auto map = equals == std::string::npos ? std::nullopt : numbers_in(text.substr(equals + 1));
+        const auto pixel = parse_numbers(text.substr(0, equals));
+        const auto map = equals == std::string::npos ? std::nullopt : parse_numbers(text.substr(equals + 1));
         if (!pixel || !map || pixel->size() != 2 || map->size() != 2) {
             return Error{fmt::format("--point {}: write the pixel and its place on the floor in metres, such as 321.5,240=1.2,3.4", text)};
         }
@@ -54,11 +43,11 @@ Result<FloorOptions> options_of(const Arguments& arguments) {
     }
     std::istringstream corners(arguments.tile);
     for (std::string corner; corners >> corner;) {
-        const auto pixel = numbers_in(corner);
+        const auto pixel = parse_numbers(corner);
         if (!pixel || pixel->size() != 2) return Error{fmt::format("--tile: {} is no pixel: write four, such as \"310,400 380,402 375,370 312,369\"", corner)};
         options.tile.emplace_back((*pixel)[0], (*pixel)[1]);
     }
-    const auto at = numbers_in(arguments.tile_at);
+    const auto at = parse_numbers(arguments.tile_at);
     if (!at || at->size() != 3)
         return Error{fmt::format("--tile-at {}: write the first corner's x, y in metres and the first side's direction in degrees, such as 1.2,0,90",
                                  arguments.tile_at)};
@@ -169,7 +158,7 @@ void add_calibrate_floor(CLI::App& calibrate, int& exit_code) {
     floor->add_option("SITE", arguments->site, "site file")->required();
     floor->add_option("--camera", arguments->camera, "camera that stands still")->required();
     floor->add_option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
-    floor->add_option("--point", arguments->points, "pixel and its place on the floor: U,V=X,Y; four or more (default: the site file's floor_points)");
+    add_repeatable(*floor, "--point", arguments->points, "pixel and its place on the floor, U,V=X,Y, four or more (default: the site file's floor_points)");
     floor->add_option("--click-sigma", arguments->options.click_sigma, "px: how exactly each coordinate was clicked")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 50.0));

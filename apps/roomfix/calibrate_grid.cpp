@@ -9,6 +9,7 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/site/lens_grid_file.hpp"
 #include "roomfix/site/site_text.hpp"
+#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -95,10 +96,9 @@ void add_calibrate_grid(CLI::App& calibrate, int& exit_code) {
     grid->add_option("--centre-sigma", arguments->centre_sigma, "px, how well the image centre is known, each coordinate")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 1000.0));
-    grid->add_option("--centre", arguments->centre, "image centre, px: U V (default: the picture's middle)")->expected(2);
-    grid->add_option("--wall", arguments->wall,
-                     "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V")
-        ->expected(8);
+    add_numbers(*grid, "--centre", arguments->centre, 2, "image centre, px: U V (default: the picture's middle)");
+    add_numbers(*grid, "--wall", arguments->wall, 8,
+                "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V");
     grid->add_option("-o,--output", arguments->output, "CSV file to write, for the site file's key lens_grid")->required();
     grid->add_option("--corrected", arguments->corrected, "picture to write: this one as a lens without distortion would show it");
     auto* site = grid->add_option("--site", arguments->site, "site file");

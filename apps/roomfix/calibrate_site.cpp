@@ -11,6 +11,7 @@
 #include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "run_site.hpp"
+#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -122,7 +123,7 @@ void add_calibrate_site(CLI::App& calibrate, int& exit_code) {
     auto* site = calibrate.add_subcommand("site", "all cameras at once, from a recorded session in which robots drive through what they see");
     auto arguments = std::make_shared<SiteArguments>();
     site->add_option("SESSION", arguments->session, "session folder, or a site file whose sources are recordings")->required();
-    site->add_option("--camera", arguments->cameras, "only this one is printed and written (default: all)");
+    add_repeatable(*site, "--camera", arguments->cameras, "only this one is printed and written (default: all)");
     add_recording_options(*site, arguments->background, arguments->threads);
     add_write_options(*site, arguments->write);
     site->footer(

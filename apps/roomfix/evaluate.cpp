@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 
 #include "commands.hpp"
+#include "roomfix/base/number.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 #include "roomfix/evaluate/tracking_bound.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -15,16 +17,30 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
-    std::string fixes, truth, report, json, tum, session;
+    std::string fixes, truth, report, json, tum, session, point;
     double symmetry_deg = 0;
 };
+
+/// Where the point that the truth is about sits on the robot, m. Its height does not matter: fixes are on the floor.
+Result<Eigen::Vector2d> point_of(const std::string& text) {
+    constexpr double farthest = 10;  // m
+    if (text.empty()) return Eigen::Vector2d(Eigen::Vector2d::Zero());
+    const auto numbers = parse_numbers(text);
+    if (!numbers || numbers->size() != 3) {
+        return Error{fmt::format("--point {}: write the point's x (forward), y (left) and z (up) on the robot in metres, such as 0.2,-0.05,0.4", text)};
+    }
+    for (const double number : *numbers) {
+        if (std::abs(number) > farthest) return Error{fmt::format("--point {}: {} m is not on the robot; write metres, such as 0.2,-0.05,0.4", text, number)};
+    }
+    return Eigen::Vector2d((*numbers)[0], (*numbers)[1]);
+}
 
 /// One file per robot for its fixes and one for its truth.
 bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, const Truth& truth) {
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     std::map<std::string, std::vector<StampedPose>> fixes;
-    for (const JudgedFix& f : report.fixes) fixes[f.robot].push_back({f.time, f.fix});
+    for (const JudgedFix& f : report.fixes) fixes[f.robot].push_back({f.time, f.fix, f.fix_has_yaw});
     for (const auto& [robot, poses] : fixes) {
         if (!write_file(folder / (robot + ".tum"), tum_text(poses))) return false;
     }
@@ -35,7 +51,8 @@ bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, c
 }
 
 /// What the best tracker could have made of the session: its sources are observed again.
-Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth) {
+Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth,
+                                                              const Eigen::Vector2d& point) {
     const auto site = load_site(site_file_of(session));
     if (!site) return site.error();
     auto runner = SiteRunner::create(*site);
@@ -46,28 +63,34 @@ Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesys
     settings.speed = 0;
     settings.threads = hardware_threads();
     if (auto ran = (*runner)->run_sources(settings, stop_requested(), progress_bar("observing again")); !ran) return ran.error();
-    return tracking_bounds((*runner)->tracker(), fixes, truth, progress_bar("finding the bound"));
+    return tracking_bounds((*runner)->tracker(), fixes, truth, progress_bar("finding the bound"), point);
 }
 
 int evaluate(const Arguments& arguments) {
     const auto recorded = load_fixes(arguments.fixes);
     const auto truth = load_truth(arguments.truth);
-    if (!recorded || !truth) {
+    const auto point = point_of(arguments.point);
+    if (!recorded || !truth || !point) {
         if (!recorded) complain(recorded.error().message);
         if (!truth) complain(truth.error().message);
+        if (!point) complain(point.error().message);
         return bad_input;
     }
     for (const std::string& problem : recorded->problems) say(arguments.fixes + ", " + problem);
     std::vector<std::optional<Eigen::Matrix3d>> bounds;
     if (!arguments.session.empty()) {
-        auto found = bounds_in(arguments.session, recorded->fixes, *truth);
+        auto found = bounds_in(arguments.session, recorded->fixes, *truth, *point);
         if (!found) {
             complain(found.error().message);
             return bad_input;
         }
         bounds = std::move(*found);
     }
-    const ErrorReport report = judge(*recorded, *truth, {radians(arguments.symmetry_deg)}, bounds);
+    const ErrorReport report = judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .point = *point}, bounds);
+    if (report.fixes.empty() && !report.without_point.empty()) {
+        complain("no fix has a yaw, so that nobody knows where the point --point is: leave --point out, or give the truth of the robot's middle");
+        return bad_input;
+    }
     if (report.fixes.empty()) {
         complain("no fix has a true pose beside it: are both of the same session, with the same clock and the same names of robots?");
         return bad_input;
@@ -89,7 +112,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("evaluate", "fixes beside the truth: errors, consistency, availability, identity switches");
     auto arguments = std::make_shared<Arguments>();
     command->add_option("FIXES", arguments->fixes, "file of fixes, as 'run' and 'replay' write it")->required();
-    command->add_option("--truth", arguments->truth, "CSV with time,robot,x,y,yaw")->required();
+    command->add_option("--truth", arguments->truth, "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether")->required();
+    command->add_option("--point", arguments->point, "X,Y,Z: the truth is about this point of the robot (m; x forward, y left, z up) and not about its middle");
     command->add_option("--session", arguments->session, "session folder of the fixes: says how far they are from the best that its sources allow");
     command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
     command->add_option("--json", arguments->json, "the same figures as JSON");

@@ -9,6 +9,7 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/single_shot.hpp"
 #include "roomfix/site/load_site.hpp"
+#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -88,7 +89,7 @@ void add_fix(CLI::App& app, int& exit_code) {
     command->add_option("SITE", arguments->site, "site file")->required();
     command->add_option("--camera", arguments->camera, "which camera took the pictures")->required();
     command->add_option("IMAGE", arguments->images, "pictures")->required();
-    command->add_option("--background", arguments->options.background, "pictures, folders or videos without robots");
+    add_repeatable(*command, "--background", arguments->options.background, "picture, folder or video without robots");
     command->add_option("--method", arguments->method, "ours, or the paper's as published")->check(CLI::IsMember({"ours", "published"}))->capture_default_str();
     command->add_option("--ranges", arguments->options.ranges,
                         "camera on a robot: ranges heard by the same robot, CSV, JSON lines or a Cricket listener's log");

@@ -3,6 +3,7 @@
 #include "commands.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
+#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -33,7 +34,7 @@ void add_run(CLI::App& app, int& exit_code) {
     arguments->options.run.threads = hardware_threads();
     command->add_option("SITE", arguments->site, "site file")->required();
     command->add_option("--fixes", arguments->options.fixes, "file for the fixes, one JSON object per line; - for stdout");
-    command->add_option("--background", arguments->options.background, "pictures, folders or videos to learn the background from, for all cameras");
+    add_repeatable(*command, "--background", arguments->options.background, "picture, folder or video to learn the background from, for all cameras");
     command->add_option("--speed", arguments->options.run.speed, "of recordings: 1 is real time, 0 as fast as it goes")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1000.0));

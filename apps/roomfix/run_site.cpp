@@ -5,13 +5,14 @@
 #include "commands.hpp"
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/site_runner.hpp"
+#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
 
 void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads) {
     threads = hardware_threads();
-    command.add_option("--background", background, "pictures, folders or videos to learn the background from, for all cameras");
+    add_repeatable(command, "--background", background, "picture, folder or video to learn the background from, for all cameras");
     command.add_option("--threads", threads, "that look at frames side by side; the result is the same with any number")
         ->capture_default_str()
         ->check(CLI::Range(1, 256));

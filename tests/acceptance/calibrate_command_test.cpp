@@ -128,6 +128,7 @@ TEST_F(Calibrate, FloorSaysWhatIsWrong) {
     expect_says(call(asked), 2, "nothing tells where the camera is");
     expect_says(call(asked + "--point 1,2=3,4 --point 5,6=7,8 --point 9,9=1,1"), 2, "four or more are needed");
     expect_says(call(asked + "--point 1,2"), 2, "such as 321.5,240=1.2,3.4");
+    expect_says(call(fmt::format("calibrate floor --point 1,2=3,4 {} --camera hall", site())), 2, "four or more are needed");
     expect_says(call(asked + "--tile \"1,2 3,4\""), 2, "a tile has four corners, 2 were given");
     expect_says(call(asked + fmt::format("--tile \"{}\" --tile-size-mm 0", tile)), 2, "--tile-size-mm");
     expect_says(call(asked + fmt::format("--tile \"{}\" --tile-at 1,2", tile)), 2, "--tile-at");
@@ -162,6 +163,8 @@ TEST_F(Calibrate, GridWritesALensThatTheSiteUses) {
     EXPECT_LT((*ray - *truly).norm() * 533, 2.5);
     expect_says(call(fmt::format("calibrate grid {} --distance 0.6 -o {}", in("floor.png"), in("x.csv"))), 2, "all of it must be in the picture");
     expect_says(call(asked + " --wall 0 0 10 0 0 5 10 5"), 2, "must run along the view");
+    expect_says(call(fmt::format("calibrate grid --wall 0 0 10 0 0 5 10 5 {} --distance 0.6 -o {}", in("floor.png"), in("x.csv"))), 2,
+                "all of it must be in the picture");
 }
 
 TEST_F(Calibrate, LinesOfARoomMadeStraightGoIntoTheSiteFile) {

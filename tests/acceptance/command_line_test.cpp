@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 #include "acceptance/program.hpp"
 #include "roomfix/imaging/load_luma.hpp"
@@ -54,6 +57,17 @@ TEST_F(CommandLine, FixFindsTheRobot) {
     expect_says(outcome, 0, "\"hypotheses\"");
     const Outcome published = call(fmt::format("fix {} --camera hall1 --method published {}", site(), frame()));
     expect_says(published, 0, "\"yaw\": null");
+}
+
+TEST_F(CommandLine, AnOptionTakesOneValueAndLeavesWhatStandsBehindItAlone) {
+    const std::string empty = session() + "/background/hall1", other = session() + "/frames/hall1/000600000000.jpg";
+    const Outcome both = call(fmt::format("fix {} --camera hall1 --background {} {} {}", site(), empty, frame(), other));
+    for (const std::string& picture : {frame(), other}) expect_says(both, 0, "\"image\": \"" + picture);
+    const Outcome twice = call(fmt::format("fix --background {} --background {} --camera hall1 {} {}", empty, empty, site(), frame()));
+    expect_says(twice, 0, "\"image\": \"" + frame());
+    expect_says(call(fmt::format("run --background /nowhere.mp4 {} --no-page --speed 0", site())), 2, "/nowhere.mp4");
+    expect_says(call(fmt::format("replay --background /nowhere.mp4 {} --threads 1", session())), 2, "/nowhere.mp4");
+    expect_says(call(fmt::format("calibrate site --camera atlantis {} --threads 1", session())), 2, "there is no camera 'atlantis'");
 }
 
 TEST_F(CommandLine, FixSaysWhatIsWrongWithItsInput) {
@@ -220,6 +234,46 @@ TEST_F(CommandLine, ReplayGivesTheSameBytesAndEvaluateJudgesThem) {
     expect_says(call(fmt::format("evaluate {} --truth {}/odometry.csv", first, session())), 0, "r1");
     expect_says(call(fmt::format("evaluate {} --truth /nowhere.csv", first)), 2, "/nowhere.csv: cannot be opened");
     expect_says(call(fmt::format("evaluate {}/truth.csv --truth {}/truth.csv", session(), session())), 2, "no fix in it");
+}
+
+/// The session's truth with the middle's place taken to another point of the robot, without the yaw.
+std::string places_of_point(const std::string& truth, double ahead, double left) {
+    std::istringstream lines(truth);
+    std::string line, places = "time,robot,x,y\n";
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+        std::istringstream fields(line);
+        std::array<std::string, 5> field;
+        for (std::string& f : field) std::getline(fields, f, ',');
+        const double yaw = std::stod(field[4]);
+        places += fmt::format("{},{},{},{}\n", field[0], field[1], std::stod(field[2]) + std::cos(yaw) * ahead - std::sin(yaw) * left,
+                              std::stod(field[3]) + std::sin(yaw) * ahead + std::cos(yaw) * left);
+    }
+    return places;
+}
+
+double rmse_in(const std::string& json_file) { return nlohmann::json::parse(text_of(json_file))["all"]["position"]["rmse"].get<double>(); }
+
+TEST_F(CommandLine, EvaluateTakesATruthOfAnotherPointWithoutYaw) {
+    const std::string fixes = (*folder / "point.jsonl").string(), truth = (*folder / "point.csv").string(), json = (*folder / "point.json").string();
+    ASSERT_EQ(call(fmt::format("replay {} --smooth --fixes {}", session(), fixes)).code, 0);
+    std::ofstream(truth) << places_of_point(text_of(session() + "/truth.csv"), 0.2, -0.1);
+    const std::string asked = fmt::format("evaluate {} --truth {} --symmetry-deg 90", fixes, truth);
+    expect_says(call(fmt::format("{} --json {}", asked, json)), 0, "The truth has no yaw beside");
+    const double middle = rmse_in(json);
+    EXPECT_GT(middle, 0.15) << "the truth is about a point 22 cm from the middle";
+    const std::string page = (*folder / "point.html").string(), poses = (*folder / "point-tum").string();
+    expect_says(call(fmt::format("{} --point 0.2,-0.1,0.4 --json {} --report {} --tum {} --session {}", asked, json, page, poses, session())), 0, "bound");
+    EXPECT_NE(text_of(page).find("The truth has no yaw beside"), std::string::npos);
+    EXPECT_NE(text_of(fs::path(poses) / "r1-truth.tum").find(" 0 0 0 0 1\n"), std::string::npos);
+    for (const char* wrong : {"0.2,-0.1", "0.2;-0.1;0.4", "0.2,-0.1,0.4,", "nan,0,0", "200,-100,400"}) {
+        expect_says(call(fmt::format("{} --point '{}'", asked, wrong)), 2, "such as 0.2,-0.05,0.4");
+    }
+    std::ofstream(truth) << "time,robot,x\n1,r1,2\n";
+    expect_says(call(asked), 2, "the first line must be time,robot,x,y,yaw or, where no yaw is known, time,robot,x,y");
+    const std::string place = (*folder / "place.jsonl").string();
+    std::ofstream(place) << R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 1, "y": 1, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []})";
+    expect_says(call(fmt::format("evaluate {} --truth {}/truth.csv --point 0.2,0,0", place, session())), 2, "leave --point out");
 }
 
 TEST_F(CommandLine, ASessionWithADamagedMiddleIsReplayedAroundIt) {

@@ -47,6 +47,18 @@ TEST(TrackingBound, IsWhatATruthfulTrackerStatesWhereTheModelsAreNearlyLinear) {
     }
 }
 
+TEST(TrackingBound, IsNearlyTheSameWhereTheTruthIsAnotherPointWithoutAYaw) {
+    const Drive drive;
+    const Eigen::Vector2d point(0.2, 0.1);
+    Truth truth = drive.truth;
+    for (StampedPose& pose : truth.begin()->second) pose = {pose.time, {pose.pose.x + point.x(), pose.pose.y + point.y(), 0}, false};
+    const auto known = tracking_bounds(drive.tracker, drive.fixes, drive.truth), guessed = tracking_bounds(drive.tracker, drive.fixes, truth, {}, point);
+    for (std::size_t i = 30; i < known.size(); ++i) {
+        ASSERT_TRUE(known[i] && guessed[i]);
+        EXPECT_NEAR(guessed[i]->topLeftCorner<2, 2>().trace() / known[i]->topLeftCorner<2, 2>().trace(), 1, 0.02) << i;
+    }
+}
+
 TEST(TrackingBound, SaysNothingAboutARobotWithoutATruth) {
     const Drive drive;
     for (const auto& bound : tracking_bounds(drive.tracker, drive.fixes, {})) EXPECT_FALSE(bound);

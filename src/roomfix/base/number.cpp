@@ -17,6 +17,18 @@ std::optional<double> parse_number(std::string_view text) {
     return value;
 }
 
+std::optional<std::vector<double>> parse_numbers(std::string_view text) {
+    std::vector<double> numbers;
+    for (std::size_t comma = 0; comma != std::string_view::npos;) {
+        comma = text.find(',');
+        const auto number = parse_number(text.substr(0, comma));
+        if (!number) return std::nullopt;
+        numbers.push_back(*number);
+        text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+    }
+    return numbers;
+}
+
 std::optional<std::int64_t> parse_integer(std::string_view text) {
     std::int64_t value = 0;
     const char* end = text.data() + text.size();

@@ -8,7 +8,7 @@
 
 namespace roomfix {
 
-/// The error names the file.
+/// The text of an empty file is empty. The error names the file.
 Result<std::string> read_text(const std::filesystem::path& file);
 
 }  // namespace roomfix

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <set>
 
+#include "roomfix/evaluate/robot_point.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -61,7 +63,7 @@ ErrorTable table_of(const std::string& name, const std::vector<const JudgedFix*>
     int bounded = 0;
     for (const JudgedFix* f : fixes) {
         position.push_back(f->error.head<2>().norm());
-        if (f->yaw_known) yaw.push_back(std::abs(f->error.z()));
+        if (f->yaw_judged()) yaw.push_back(std::abs(f->error.z()));
         if (f->robot != robot) nees.start_series();
         robot = f->robot;
         nees.add(f->time, f->nees, f->dimensions);
@@ -102,26 +104,28 @@ std::string true_robot(const Fix& fix, const Truth& truth) {
     return nearest;
 }
 
-JudgedFix judged(const Fix& fix, const Pose2& true_pose, double symmetry) {
+JudgedFix judged(const Fix& fix, const TruePose& truth, double symmetry) {
     JudgedFix j;
     j.time = fix.time;
     j.robot = fix.robot;
     j.sources = joined(fix.sources);
     j.coasting = fix.status == FixStatus::coasting;
     j.fix = fix.pose;
-    j.truth = true_pose;
-    j.yaw_known = fix.yaw_known;
+    j.truth = truth;
+    j.fix_has_yaw = fix.yaw_known;
+    j.truth_has_yaw = truth.yaw_known;
     j.covariance = fix.covariance;
-    j.error = pose_error(fix.pose, true_pose, symmetry > 0 ? symmetry : 2 * std::numbers::pi);
+    j.error = pose_error(fix.pose, truth, symmetry > 0 ? symmetry : 2 * std::numbers::pi);
+    if (!j.yaw_judged()) j.error.z() = 0;
     const Eigen::Matrix2d place = fix.covariance.topLeftCorner<2, 2>();
-    j.dimensions = fix.yaw_known ? 3 : 2;
-    j.nees = fix.yaw_known ? nees(j.error, fix.covariance) : j.error.head<2>().dot(place.inverse() * j.error.head<2>());
+    j.dimensions = j.yaw_judged() ? 3 : 2;
+    j.nees = j.yaw_judged() ? nees(j.error, fix.covariance) : j.error.head<2>().dot(place.inverse() * j.error.head<2>());
     return j;
 }
 
-/// The way from one moment to the next, in the frame of the first.
-Eigen::Vector3d way_between(const Pose2& from, const Pose2& to) {
-    const Eigen::Vector2d way = Eigen::Rotation2Dd(-from.yaw) * Eigen::Vector2d(to.x - from.x, to.y - from.y);
+/// The way from one moment to the next, in the frame of the first or in that of the map.
+Eigen::Vector3d way_between(const Pose2& from, const Pose2& to, bool own_frame) {
+    const Eigen::Vector2d way = Eigen::Rotation2Dd(own_frame ? -from.yaw : 0) * Eigen::Vector2d(to.x - from.x, to.y - from.y);
     return {way.x(), way.y(), wrap_angle(to.yaw - from.yaw)};
 }
 
@@ -133,10 +137,11 @@ void judge_ways(const std::map<std::string, std::vector<const JudgedFix*>>& by_r
             while (later < fixes.size() && to_seconds(fixes[later]->time - from->time) < relative_over) ++later;
             if (later == fixes.size()) break;
             const JudgedFix* to = fixes[later];
-            if (to_seconds(to->time - from->time) > 1.2 * relative_over || !from->yaw_known || !to->yaw_known) continue;
-            const Eigen::Vector3d off = way_between(from->fix, to->fix) - way_between(from->truth, to->truth);
+            if (to_seconds(to->time - from->time) > 1.2 * relative_over) continue;
+            const bool turned = from->yaw_judged() && to->yaw_judged();
+            const Eigen::Vector3d off = way_between(from->fix, to->fix, turned) - way_between(from->truth, to->truth, turned);
             position.push_back(off.head<2>().norm());
-            yaw.push_back(std::abs(wrap_angle(off.z())));
+            if (turned) yaw.push_back(std::abs(wrap_angle(off.z())));
         }
     }
     report.relative_position = summarise(position);
@@ -161,10 +166,10 @@ double availability_of(const std::map<std::string, std::vector<const JudgedFix*>
 }
 
 /// Names that move from one robot to another.
-void count_switches(const RecordedFixes& recorded, const Truth& truth, double apart, ErrorReport& report) {
+void count_switches(const std::vector<Fix>& fixes, const Truth& truth, double apart, ErrorReport& report) {
     std::map<std::string, std::string> follows;  // the robot that each name was on last
     std::map<std::string, Nanoseconds> doubtful;
-    for (const Fix& fix : recorded.fixes) {
+    for (const Fix& fix : fixes) {
         if (fix.status == FixStatus::none) continue;
         if (fix.identity < 0.95) doubtful[fix.robot] = fix.time;
         std::string nearest;
@@ -191,6 +196,27 @@ void count_switches(const RecordedFixes& recorded, const Truth& truth, double ap
     }
 }
 
+/// Fixes of the point that the truth is about, one for each fix; status none where nobody knows where it is.
+std::vector<Fix> fixes_of_point(const std::vector<Fix>& fixes, const Eigen::Vector2d& point, ErrorReport& report) {
+    std::vector<Fix> there = fixes;
+    for (Fix& fix : there) {
+        if (fix.status == FixStatus::none) continue;
+        if (const auto moved = fix_of_point(fix, point)) {
+            fix = *moved;
+        } else {
+            fix.status = FixStatus::none;
+            ++report.without_point[fix.robot];
+        }
+    }
+    return there;
+}
+
+double place_sigma_of_point(const Eigen::Matrix3d& covariance, const Eigen::Vector2d& point, double yaw) {
+    const Eigen::Matrix3d derivatives = point_from_middle(point, yaw);
+    const Eigen::Matrix3d there = derivatives * covariance * derivatives.transpose();
+    return std::sqrt(there.topLeftCorner<2, 2>().trace());
+}
+
 }  // namespace
 
 ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options, const std::vector<std::optional<Eigen::Matrix3d>>& bounds) {
@@ -200,7 +226,9 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
     std::map<std::string, NormalisedSquares> nis;
     std::size_t coasting = 0;
     std::vector<double> latencies;
-    for (const Fix& fix : recorded.fixes) {
+    const std::vector<Fix> fixes_there = fixes_of_point(recorded.fixes, options.point, report);
+    for (std::size_t number = 0; number < fixes_there.size(); ++number) {
+        const Fix& fix = fixes_there[number];
         if (fix.status == FixStatus::none) continue;
         const std::string robot = true_robot(fix, truth);
         if (robot.empty()) {
@@ -210,8 +238,8 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
         const auto pose = pose_at(truth.at(robot), fix.time);
         if (!pose) continue;
         report.fixes.push_back(judged(fix, *pose, options.symmetry));
-        const auto number = static_cast<std::size_t>(&fix - recorded.fixes.data());
-        if (number < bounds.size() && bounds[number]) report.fixes.back().bound = std::sqrt(bounds[number]->topLeftCorner<2, 2>().trace());
+        report.without_true_yaw += fix.yaw_known && !pose->yaw_known;
+        if (number < bounds.size() && bounds[number]) report.fixes.back().bound = place_sigma_of_point(*bounds[number], options.point, fix.pose.yaw);
         truly.push_back(robot);
         coasting += fix.status == FixStatus::coasting;
         if (fix.latency) latencies.push_back(*fix.latency);
@@ -236,7 +264,7 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
     for (const auto& [source, squares] : nis) report.nis.emplace_back(source, squares.result());
     judge_ways(by_robot, report);
     report.availability = availability_of(by_true_robot, truth, options.fresh);
-    count_switches(recorded, truth, options.apart, report);
+    count_switches(fixes_there, truth, options.apart, report);
     return report;
 }
 

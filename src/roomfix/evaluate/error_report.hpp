@@ -1,12 +1,14 @@
 // Fixes beside the truth: how far off, how often, how honest.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/recorded_fixes.hpp"
+#include "roomfix/evaluate/truth.hpp"
 
 namespace roomfix {
 
@@ -16,12 +18,14 @@ struct JudgedFix {
     std::string robot, sources;
     bool coasting = false;
     Pose2 fix, truth;
-    Eigen::Vector3d error = Eigen::Vector3d::Zero();  // fix - truth; m, m, rad
-    bool yaw_known = true;
+    bool fix_has_yaw = true, truth_has_yaw = true;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  // fix - truth; m, m, rad (0 where a yaw is missing)
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-    double nees = 0;  // of x, y, and of yaw where it is known
+    double nees = 0;  // of x, y, and of yaw where both have one
     int dimensions = 3;
     std::optional<double> bound;  // m: root of the trace of the bound of x and y
+
+    bool yaw_judged() const { return fix_has_yaw && truth_has_yaw; }
 };
 
 /// A mean of normalised squares beside what truthful covariances give.
@@ -35,7 +39,7 @@ struct Consistency {
 struct ErrorTable {
     std::string name;
     Summary position;  // m
-    Summary yaw;       // rad, of fixes with a yaw
+    Summary yaw;       // rad, where fix and truth have a yaw
     Consistency nees;
     double stated_sigma = 0;  // m: rms of what the covariances say of the place
     double bound = 0;         // m: rms of what any tracker could reach with the same observations; 0: not known
@@ -45,7 +49,7 @@ struct ErrorTable {
 struct ErrorReport {
     ErrorTable all;
     std::vector<ErrorTable> robots, sources;
-    Summary relative_position;                             // m: error of the way driven in one second
+    Summary relative_position;                             // m: error of the way driven in one second, in the robot's frame where its yaw is known
     Summary relative_yaw;                                  // rad
     double availability = 0;                               // part of the true time that has a fix that is not older than `fresh`
     double coasting = 0;                                   // part of the fixes
@@ -54,17 +58,20 @@ struct ErrorReport {
     int flagged_switches = 0;                              // of these: `identity` said that it was doubtful
     std::vector<std::pair<std::string, Consistency>> nis;  // by source, where the fixes state it
     std::vector<std::string> unknown_robots;               // in the fixes, not in the truth
+    std::size_t without_true_yaw = 0;                      // fixes with a yaw beside a truth without one
+    std::map<std::string, std::size_t> without_point;      // of each robot: fixes left out, since without a yaw nobody knows where the point is
     std::vector<JudgedFix> fixes;
 };
 
 struct ReportOptions {
-    double symmetry = 0;  // rad: yaws that many apart are the same; 0: none are
-    double fresh = 0.25;  // s
-    double apart = 0.5;   // m: a fix so near to another robot and farther from its own has the wrong name
+    double symmetry = 0;                              // rad: yaws that many apart are the same; 0: none are
+    double fresh = 0.25;                              // s
+    double apart = 0.5;                               // m: a fix so near to another robot and farther from its own has the wrong name
+    Eigen::Vector2d point = Eigen::Vector2d::Zero();  // m, robot frame: the point that the truth is about
 };
 
-/// Robots of which there are many ("cart-3") are compared with the nearest of that kind. `bounds`: of each fix, as `tracking_bounds` finds
-/// them; may be empty.
+/// Robots of which there are many ("cart-3") are compared with the nearest of that kind. Where the truth has no yaw, x and y are judged alone.
+/// `bounds`: of each fix, as `tracking_bounds` finds them; may be empty.
 ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options = {},
                   const std::vector<std::optional<Eigen::Matrix3d>>& bounds = {});
 

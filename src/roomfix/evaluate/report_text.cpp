@@ -19,14 +19,21 @@ constexpr std::size_t most_points = 1500;  // of one curve: a screen shows no mo
 
 double millimetres(double m) { return 1e3 * m; }
 
+/// Degrees where there is anything to state.
+std::string degrees_text(const Summary& yaw, double value) { return yaw.count > 0 ? fmt::format("{:.2f}", degrees(value)) : "-"; }
+
 std::string row(const ErrorTable& t) {
-    return fmt::format("{:24} {:7} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f}   {:7.2f} {:7.2f}   {:6.2f} {:>11} {:8.1f}{}\n", t.name, t.position.count,
+    return fmt::format("{:24} {:7} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:8.1f}   {:>7} {:>7}   {:6.2f} {:>11} {:8.1f}{}\n", t.name, t.position.count,
                        millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median), millimetres(t.position.p95),
-                       millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), t.nees.mean, fmt::format("{:.2f}-{:.2f}", t.nees.low, t.nees.high),
-                       millimetres(t.stated_sigma), t.bound > 0 ? fmt::format(" {:8.1f} {:10.2f}", millimetres(t.bound), t.over_bound) : "");
+                       millimetres(t.position.max), degrees_text(t.yaw, t.yaw.rms), degrees_text(t.yaw, t.yaw.p95), t.nees.mean,
+                       fmt::format("{:.2f}-{:.2f}", t.nees.low, t.nees.high), millimetres(t.stated_sigma),
+                       t.bound > 0 ? fmt::format(" {:8.1f} {:10.2f}", millimetres(t.bound), t.over_bound) : "");
 }
 
-json summary_json(const Summary& s) { return {{"count", s.count}, {"rmse", s.rms}, {"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}}; }
+json summary_json(const Summary& s) {
+    if (s.count == 0) return {{"count", 0}};
+    return {{"count", s.count}, {"rmse", s.rms}, {"mean", s.mean}, {"median", s.median}, {"p95", s.p95}, {"max", s.max}};
+}
 
 json consistency_json(const Consistency& c) { return {{"mean", c.mean}, {"band", {c.low, c.high}}, {"independent", c.independent}}; }
 
@@ -45,14 +52,35 @@ std::string latency_text(const Summary& latency) {
                        1e3 * latency.median, 1e3 * latency.p95, 1e3 * latency.max);
 }
 
+std::string ways_text(const ErrorReport& report) {
+    if (report.relative_position.count == 0) return "not known, since no robot has two fixes one second apart";
+    const std::string place = fmt::format("rmse {:.1f} mm", millimetres(report.relative_position.rms));
+    return report.relative_yaw.count > 0 ? fmt::format("{}, {:.2f} deg", place, degrees(report.relative_yaw.rms)) : place;
+}
+
+/// What could not be compared, as sentences.
+std::vector<std::string> left_out(const ErrorReport& report) {
+    std::vector<std::string> sentences;
+    if (report.without_true_yaw > 0) {
+        sentences.push_back(
+            fmt::format("The truth has no yaw beside {} of {} fixes: their x and y are judged alone.", report.without_true_yaw, report.fixes.size()));
+    }
+    for (const auto& [robot, count] : report.without_point) {
+        sentences.push_back(fmt::format("Robot {}: {} fixes have no yaw, so that nobody knows where the point --point is; they are left out.", robot, count));
+    }
+    for (const std::string& robot : report.unknown_robots) sentences.push_back(fmt::format("Robot {}: the truth does not know it.", robot));
+    return sentences;
+}
+
 std::string html_row(const ErrorTable& t) {
     const bool honest = t.nees.mean >= t.nees.low && t.nees.mean <= t.nees.high;
     return fmt::format(
-        "<tr><td>{}</td><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.2f}</td><td>{:.2f}</td>"
+        "<tr><td>{}</td><td>{}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{:.1f}</td><td>{}</td><td>{}</td>"
         "<td class=\"{}\">{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td><td>{:.1f}</td>{}</tr>\n",
         html_escaped(t.name), t.position.count, millimetres(t.position.rms), millimetres(t.position.mean), millimetres(t.position.median),
-        millimetres(t.position.p95), millimetres(t.position.max), degrees(t.yaw.rms), degrees(t.yaw.p95), honest ? "good" : "off", t.nees.mean, t.nees.low,
-        t.nees.high, millimetres(t.stated_sigma), t.bound > 0 ? fmt::format("<td>{:.1f}</td><td>{:.2f}</td>", millimetres(t.bound), t.over_bound) : "");
+        millimetres(t.position.p95), millimetres(t.position.max), degrees_text(t.yaw, t.yaw.rms), degrees_text(t.yaw, t.yaw.p95), honest ? "good" : "off",
+        t.nees.mean, t.nees.low, t.nees.high, millimetres(t.stated_sigma),
+        t.bound > 0 ? fmt::format("<td>{:.1f}</td><td>{:.2f}</td>", millimetres(t.bound), t.over_bound) : "");
 }
 
 /// Curves of all robots; long ones are thinned, but keep the worst of each stretch.
@@ -143,11 +171,11 @@ std::string text_of(const ErrorReport& report) {
         text += "innovations, NIS per dimension (1 is truthful)\n";
         for (const auto& [source, c] : report.nis) text += fmt::format("{:24} {:.2f} ({:.2f}-{:.2f})\n", source, c.mean, c.low, c.high);
     }
-    text += fmt::format("way driven in 1 s: rmse {:.1f} mm, {:.2f} deg\n", millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms));
+    text += "way driven in 1 s: " + ways_text(report) + "\n";
     text += fmt::format("available {:.1f} % of the time, {:.1f} % of the fixes by prediction alone\n", 100 * report.availability, 100 * report.coasting);
     text += fmt::format("identity switches: {}, of which {} were flagged as doubtful\n", report.identity_switches, report.flagged_switches);
     if (report.latency.count > 0) text += latency_text(report.latency) + "\n";
-    for (const std::string& robot : report.unknown_robots) text += fmt::format("robot {}: the truth does not know it\n", robot);
+    for (const std::string& sentence : left_out(report)) text += sentence + "\n";
     return text;
 }
 
@@ -158,7 +186,9 @@ std::string json_of(const ErrorReport& report) {
               {"coasting", report.coasting},
               {"identity_switches", report.identity_switches},
               {"flagged_switches", report.flagged_switches},
-              {"unknown_robots", report.unknown_robots}};
+              {"unknown_robots", report.unknown_robots},
+              {"without_true_yaw", report.without_true_yaw},
+              {"without_point", report.without_point}};
     if (report.latency.count > 0) j["latency"] = summary_json(report.latency);
     for (const ErrorTable& t : report.robots) j["robots"].push_back(table_json(t));
     for (const ErrorTable& t : report.sources) j["sources"].push_back(table_json(t));
@@ -181,6 +211,8 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
     for (const auto& [source, c] : report.nis) {
         nis += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td></tr>\n", html_escaped(source), c.mean, c.low, c.high);
     }
+    std::string remarks;
+    for (const std::string& sentence : left_out(report)) remarks += "<p>" + html_escaped(sentence) + "</p>\n";
     if (!nis.empty()) nis = "<h2>Innovations</h2><table><tr><th>source</th><th>NIS per dimension</th><th>95 % band</th></tr>\n" + nis + "</table>\n";
     return fmt::format(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>"
@@ -188,16 +220,16 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         "table{{border-collapse:collapse;font-variant-numeric:tabular-nums}}td,th{{padding:.25em .6em;text-align:right;border-bottom:1px solid #ddd}}"
         "td:first-child,th:first-child{{text-align:left}}.good{{color:#2a7d2a}}.off{{color:#b3323f;font-weight:600}}h2{{margin-top:1.6em}}"
         "svg{{max-width:100%;height:auto}}</style></head><body>\n<h1>{0}</h1>\n"
-        "<p>Available {1:.1f} % of the time; {2:.1f} % of the fixes by prediction alone. Way driven in one second: {3:.1f} mm and {4:.2f}&deg; rmse. "
-        "Identity switches: {5}, of which {6} were flagged as doubtful. {14}</p>\n"
-        "<h2>Errors</h2><table>{7}{8}</table>\n<h2>By source</h2><table>{7}{9}</table>\n{10}"
+        "<p>Available {1:.1f} % of the time; {2:.1f} % of the fixes by prediction alone. Way driven in one second: {3}. "
+        "Identity switches: {4}, of which {5} were flagged as doubtful. {13}</p>\n{15}"
+        "<h2>Errors</h2><table>{6}{7}</table>\n<h2>By source</h2><table>{6}{8}</table>\n{9}"
         "<p>NEES per dimension is 1 where the stated covariances are true; the band holds 95 % of such means, with fixes two seconds apart taken as "
-        "independent.{15}</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{11}\n"
-        "<h2>Over time</h2>{12}\n<h2>Distribution</h2>{13}\n</body></html>\n",
-        html_escaped(title), 100 * report.availability, 100 * report.coasting, millimetres(report.relative_position.rms), degrees(report.relative_yaw.rms),
-        report.identity_switches, report.flagged_switches, head, rows, source_rows, nis, map_svg(report), svg_of(errors_over_time(report)),
-        svg_of(distribution(report)), report.latency.count == 0 ? "" : latency_text(report.latency) + ".",
-        bounded ? " The bound is what the best tracker could reach with the same observations and the noise that they state." : "");
+        "independent.{14}</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{10}\n"
+        "<h2>Over time</h2>{11}\n<h2>Distribution</h2>{12}\n</body></html>\n",
+        html_escaped(title), 100 * report.availability, 100 * report.coasting, ways_text(report), report.identity_switches, report.flagged_switches, head, rows,
+        source_rows, nis, map_svg(report), svg_of(errors_over_time(report)), svg_of(distribution(report)),
+        report.latency.count == 0 ? "" : latency_text(report.latency) + ".",
+        bounded ? " The bound is what the best tracker could reach with the same observations and the noise that they state." : "", remarks);
 }
 
 }  // namespace roomfix

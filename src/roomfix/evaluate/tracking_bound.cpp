@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "roomfix/estimate/landmark_model.hpp"
+#include "roomfix/evaluate/robot_point.hpp"
 
 namespace roomfix {
 namespace {
@@ -161,8 +162,9 @@ double TrackingBound::range_information(double sigma, const LateModel& late) {
     return known->second;
 }
 
-std::vector<std::optional<Eigen::Matrix3d>> tracking_bounds(const Tracker& tracker, const std::vector<Fix>& fixes, const Truth& truth,
-                                                            const std::function<void(double)>& progress) {
+std::vector<std::optional<Eigen::Matrix3d>> tracking_bounds(const Tracker& tracker, const std::vector<Fix>& fixes, const Truth& truth_of_point,
+                                                            const std::function<void(double)>& progress, const Eigen::Vector2d& point) {
+    const Truth truth = true_middles(truth_of_point, fixes, point);
     std::vector<std::optional<Eigen::Matrix3d>> bounds(fixes.size());
     const std::vector<SiteRobot>& robots = tracker.models().site.robots;
     std::vector<std::optional<Trajectory>> true_ways(robots.size());

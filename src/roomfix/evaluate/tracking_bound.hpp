@@ -6,7 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "roomfix/evaluate/recorded_fixes.hpp"
+#include "roomfix/evaluate/truth.hpp"
+#include "roomfix/observation/fix.hpp"
 #include "roomfix/smooth/measured.hpp"
 
 namespace roomfix {
@@ -49,8 +50,9 @@ private:
 };
 
 /// The bound of each fix's pose, from all that the tracker was told until then; nothing for robots without a name or a truth of their own.
-/// `tracker` has kept its history. `truth` is used here only: it is where the models are linearised.
+/// `tracker` has kept its history. `truth` is used here only: it is where the models are linearised. `point`: of the robot, m, which it is about.
 std::vector<std::optional<Eigen::Matrix3d>> tracking_bounds(const Tracker& tracker, const std::vector<Fix>& fixes, const Truth& truth,
-                                                            const std::function<void(double)>& progress = {});
+                                                            const std::function<void(double)>& progress = {},
+                                                            const Eigen::Vector2d& point = Eigen::Vector2d::Zero());
 
 }  // namespace roomfix

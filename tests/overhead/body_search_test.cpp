@@ -1,0 +1,107 @@
+#include "roomfix/overhead/body_observer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+/// A camera at `from` that looks at `at`, 640 x 480.
+View camera(const Eigen::Vector3d& from, const Eigen::Vector3d& at) {
+    UncertainPose3 pose;
+    const Eigen::Vector3d forward = (at - from).normalized();
+    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+    pose.pose = Eigen::Isometry3d::Identity();
+    pose.pose.linear() << right, forward.cross(right), forward;
+    pose.pose.translation() = from;
+    pose.covariance = 1e-6 * Matrix6d::Identity();
+    return View(make_camera_model(640, 480, 500, 500, 320, 240), pose);
+}
+
+/// What such a camera shows of bodies, with a gap across their middle: real ones are not as filled as their description.
+Evidence evidence_of(const View& view, const std::vector<std::pair<Body, Pose2>>& bodies) {
+    Evidence evidence;
+    evidence.width = 640;
+    evidence.height = 480;
+    evidence.pixels.assign(640 * 480, {0, 1});
+    BodyMask mask;
+    for (const auto& [body, pose] : bodies) {
+        cover(view, body.parts, pose, 640, 480, 1, 1, mask);
+        for (const Span& span : mask.spans) {
+            const bool gap = std::abs(span.y - (mask.top + mask.bottom) / 2) < (mask.bottom - mask.top) / 20;
+            for (int x = span.begin; x < span.end && !gap; ++x) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {1, 0};
+        }
+    }
+    evidence.sum_up();
+    return evidence;
+}
+
+const SiteRobot can{"can", Cylinder{0.45, 1.2}};
+const SiteRobot cart{"cart", Box{0.8, 0.5, 0.4}};
+
+TEST(BodySearch, TwoCamerasTogetherFindABodyWithAnHonestCovariance) {
+    const View left = camera({-2, 0, 2.2}, {2, 1, 0});
+    const View right = camera({2, -3, 2.4}, {2, 1, 0});
+    const Pose2 truth{2.1, 0.8, 0};
+    const Body body = body_of(can);
+    const Evidence a = evidence_of(left, {{body, truth}});
+    const Evidence b = evidence_of(right, {{body, truth}});
+    const std::vector<SeenBy> seen = {{&left, &a}, {&right, &b}};
+    BodyObserver observer({can});
+    const auto& found = observer.find(seen, {1});
+    ASSERT_EQ(found.size(), 1U);
+    const Eigen::Vector2d off(found[0].place.pose.x - truth.x, found[0].place.pose.y - truth.y);
+    EXPECT_LT(off.norm(), 0.04);
+    EXPECT_LT(off.dot(found[0].place.covariance.topLeftCorner<2, 2>().inverse() * off), 9);
+    EXPECT_GT(found[0].place.covariance(0, 0), 1e-6);
+    EXPECT_EQ(std::count(found[0].place.seen.begin(), found[0].place.seen.end(), 1), 2);
+}
+
+TEST(BodySearch, ABoxIsFoundWithItsHeading) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const Body body = body_of(cart);
+    const Evidence a = evidence_of(left, {{body, truth}});
+    const std::vector<SeenBy> seen = {{&left, &a}};
+    BodyObserver observer({cart});
+    const auto& found = observer.find(seen, {1});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_LT(std::hypot(found[0].place.pose.x - truth.x, found[0].place.pose.y - truth.y), 0.08);
+    EXPECT_LT(std::abs(std::remainder(found[0].place.pose.yaw - truth.yaw, body.symmetry)), 0.15);
+}
+
+TEST(BodySearch, AnEmptyFloorHasNoBody) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const Evidence a = evidence_of(left, {});
+    const std::vector<SeenBy> seen = {{&left, &a}};
+    BodyObserver observer({can, cart});
+    EXPECT_TRUE(observer.find(seen, {1, 1}).empty());
+}
+
+TEST(BodySearch, WhatAKnownRobotExplainsIsNotFoundAgain) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const Evidence a = evidence_of(left, {{body_of(cart), truth}});
+    const std::vector<SeenBy> seen = {{&left, &a}};
+    BodyObserver observer({can, cart});
+    const std::vector<KnownRobot> known = {{1, truth}};
+    EXPECT_TRUE(observer.find(seen, {1, 0}, known).empty());
+}
+
+TEST(BodySearch, TwoThatLookAlikeAreRivals) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const Body body = body_of(can);
+    const Evidence a = evidence_of(left, {{body, {1.5, 0.5, 0}}, {body, {2.6, 1.6, 0}}});
+    const std::vector<SeenBy> seen = {{&left, &a}};
+    BodyObserver observer({can});
+    const auto& found = observer.find(seen, {1});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_LT(found[0].place.weight, 0.99);
+    ASSERT_FALSE(found[0].others.empty()) << "one of two things that look the same: nobody can know which";
+    EXPECT_GT(found[0].place.covariance.topLeftCorner<2, 2>().trace(), 0.05);
+}
+
+}  // namespace
+}  // namespace roomfix
