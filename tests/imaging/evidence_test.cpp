@@ -95,7 +95,7 @@ TEST(EvidenceOfColours, GreyFramesAreComparedInGrey) {
     });
     make_grey(frame);
     ASSERT_TRUE(background.compare(frame, evidence));
-    EXPECT_GT(other_part(evidence, true), 0.8);
+    EXPECT_GT(other_part(evidence, true), 0.6);
     EXPECT_LT(other_part(evidence, false), 0.01);
 }
 

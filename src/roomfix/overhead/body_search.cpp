@@ -288,6 +288,11 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
             if (cameras_seen == 1 && place.seen[c]) place.by_calibration.topRows<2>() = by;
         }
     }
+    if (body.round()) {  // any yaw is as good as any other
+        place.covariance.row(2).setZero();
+        place.covariance.col(2).setZero();
+        place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
+    }
     if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
     const double clutter = settings_.odds_of_clutter;
     place.probability = 1 / (1 + std::exp(std::clamp(clutter - place.log_ratio, -500.0, 500.0)));
