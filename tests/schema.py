@@ -24,11 +24,23 @@ for breakage in (
     lambda s: next(iter(s["cameras"].values())).pop("size"),
     lambda s: next(iter(s["cameras"].values())).update(height=1.0),
     lambda s: next(iter(s["robots"].values())).update(shape="ball"),
+    lambda s: s["robots"].update(r={}),
+    lambda s: s["robots"].update(r={"parts": [{"box": [1, 1, 1]}]}),
+    lambda s: s["robots"].update(r={"parts": [{"box": [1, 1, 1], "at": [0, 0, 0.5]}], "shape": "box", "size": [1, 1, 1]}),
 ):
     bad = json.loads(json.dumps(good))
     breakage(bad)
     if validator.is_valid(bad):
         print("the schema accepts a site it should refuse")
+        failures += 1
+for body in (
+    {"parts": [{"box": [0.54, 0.1, 0.26], "at": [0, 0.22, 0.13], "yaw_deg": 30}, {"cylinder": [0.1, 0.5], "at": [0, 0, 0.7]}]},
+    {"parts": [{"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}], "count": "many"},
+):
+    fine = json.loads(json.dumps(good))
+    fine["robots"]["r"] = body
+    for error in validator.iter_errors(fine):
+        print(f"the schema refuses {body}: {error.message}")
         failures += 1
 print(f"{len(examples)} example(s), {failures} failure(s)")
 sys.exit(failures > 0)

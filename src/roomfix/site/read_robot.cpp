@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "roomfix/geometry/pose.hpp"
+#include "roomfix/site/read_body.hpp"
 #include "roomfix/site/read_tag.hpp"
 
 namespace roomfix {
@@ -41,24 +42,10 @@ void read_robot_tag(YamlReader& reader, const YAML::Node& node, const std::strin
 
 void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "robots." + id;
-    if (!reader.map(node, what, {"shape", "size", "size_sigma", "count", "drive", "odometry", "receiver", "tag"})) return;
+    if (!reader.map(node, what, {"shape", "size", "size_sigma", "parts", "model", "model_scale", "count", "drive", "odometry", "receiver", "tag"})) return;
     SiteRobot robot;
     robot.id = id;
-    const auto kind = reader.text(reader.required(node, "shape", what), what + ".shape");
-    const YAML::Node size = reader.required(node, "size", what);
-    constexpr double smallest = 0.01;
-    constexpr double largest = 50;
-    if (kind == "box") {
-        if (const auto s = reader.numbers(size, what + ".size (length, width, height)", 3, smallest, largest)) {
-            robot.shape = Box{(*s)[0], (*s)[1], (*s)[2]};
-        }
-    } else if (kind == "cylinder") {
-        if (const auto s = reader.numbers(size, what + ".size (diameter, height)", 2, smallest, largest)) {
-            robot.shape = Cylinder{(*s)[0], (*s)[1]};
-        }
-    } else if (kind) {
-        reader.error(node["shape"], fmt::format("{}.shape must be box or cylinder, not '{}'", what, *kind));
-    }
+    read_body(reader, node, what, site, robot);
     robot.size_sigma = reader.number(node["size_sigma"], what + ".size_sigma", 1e-5, 10).value_or(robot.size_sigma);
     if (const auto count = reader.text(node["count"], what + ".count")) {
         robot.many = *count == "many";

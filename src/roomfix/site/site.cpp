@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "roomfix/geometry/floor_lens.hpp"
+#include "roomfix/site/body_parts.hpp"
 
 namespace roomfix {
 
@@ -110,7 +111,8 @@ Eigen::Vector3d half_size(const Shape& shape) {
 
 bool look_alike(const SiteRobot& a, const SiteRobot& b) {
     constexpr double alike = 0.02;  // m
-    return a.shape.index() == b.shape.index() && (half_size(a.shape) - half_size(b.shape)).cwiseAbs().maxCoeff() < alike;
+    if (a.shape.index() != b.shape.index() || (half_size(a.shape) - half_size(b.shape)).cwiseAbs().maxCoeff() >= alike) return false;
+    return a.learned_body == b.learned_body && same_parts(a.parts, b.parts, alike);
 }
 
 }  // namespace roomfix

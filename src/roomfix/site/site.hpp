@@ -105,8 +105,10 @@ struct SiteRobot {
     Shape shape;                    // with `parts` or `model`: the box around them, its middle above the robot's origin
     std::vector<ConvexPart> parts;  // what the body is made of; empty: the shape is the body
     std::string learned_body;       // as written: a file of `roomfix calibrate robot`; empty: none
+    std::string model;              // as written: the file that the parts come from; empty: the site file itself
+    double model_scale = 1;         // m per unit of the model
     double size_sigma = 0.005;      // m: how well the shape is known
-    bool many = false;          // any number of them, all alike
+    bool many = false;              // any number of them, all alike
     Drive drive = Drive::unknown;
     std::optional<WheelOdometry> odometry;
     std::optional<Receiver> receiver;
@@ -210,7 +212,7 @@ std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& land
 /// Does a wall stand between two places of the map?
 bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
 
-/// Can the two not be told apart from afar, by shape and size?
+/// Can the two not be told apart from afar, by shape and size, or by the bodies that their parts and models make?
 bool look_alike(const SiteRobot& a, const SiteRobot& b);
 
 /// Length of the robot along each axis: half sizes of the box around it (m).

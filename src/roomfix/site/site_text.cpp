@@ -65,15 +65,35 @@ std::string camera_text(const SiteCamera& camera) {
 
 double yaw_of(const Eigen::Vector3d& direction) { return degrees(std::atan2(direction.y(), direction.x())); }
 
-std::string robot_text(const SiteRobot& robot) {
-    std::string shape;
-    if (const auto* box = std::get_if<Box>(&robot.shape)) {
-        shape = "shape: box, size: " + list_text(std::array{box->length, box->width, box->height});
-    } else {
-        const auto& cylinder = std::get<Cylinder>(robot.shape);
-        shape = "shape: cylinder, size: " + list_text(std::array{cylinder.diameter, cylinder.height});
+std::string shape_text(const Shape& shape) {
+    if (const auto* box = std::get_if<Box>(&shape)) return "shape: box, size: " + list_text(std::array{box->length, box->width, box->height});
+    const auto& cylinder = std::get<Cylinder>(shape);
+    return "shape: cylinder, size: " + list_text(std::array{cylinder.diameter, cylinder.height});
+}
+
+/// Parts as their points, whatever they were written as.
+std::string parts_text(const std::vector<ConvexPart>& parts) {
+    std::string text = "parts: [";
+    for (const ConvexPart& part : parts) {
+        text += &part == &parts.front() ? "" : ",\n             ";
+        text += "{points: [";
+        for (const auto& p : part.points) text += (&p == &part.points.front() ? "" : ", ") + list_text(p);
+        text += "]}";
     }
-    std::string text = fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, shape, number_text(robot.size_sigma), robot.many ? ", count: many" : "");
+    return text + "]";
+}
+
+std::string body_text(const SiteRobot& robot) {
+    if (!robot.model.empty()) {
+        return "model: " + robot.model + (robot.model_scale != 1 ? ", model_scale: " + number_text(robot.model_scale) : "");
+    }
+    const std::string body = robot.parts.empty() ? shape_text(robot.shape) : parts_text(robot.parts);
+    return body + (robot.learned_body.empty() ? "" : ", model: " + robot.learned_body);
+}
+
+std::string robot_text(const SiteRobot& robot) {
+    std::string text =
+        fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, body_text(robot), number_text(robot.size_sigma), robot.many ? ", count: many" : "");
     if (robot.drive != Drive::unknown) text += robot.drive == Drive::differential ? ", drive: differential" : ", drive: holonomic";
     if (robot.odometry) {
         text += fmt::format(",\n     odometry: {{scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
