@@ -17,7 +17,7 @@ below = {
     "estimate": ["base", "geometry", "site", "observation"],
     "smooth": ["base", "geometry", "site", "observation", "estimate"],
     "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling"],
-    "calibrate": ["base", "geometry", "imaging", "site", "observation", "ceiling", "estimate"],
+    "calibrate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "estimate"],
     "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "smooth", "simulate", "calibrate"],
     "connect": ["base", "geometry", "imaging", "site", "observation", "ranging", "ceiling", "corner"],
     "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "smooth", "calibrate", "connect"],

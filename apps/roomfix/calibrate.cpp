@@ -113,6 +113,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_corner(*command, exit_code);
     add_calibrate_grid(*command, exit_code);
     add_calibrate_mount(*command, exit_code);
+    add_calibrate_robot(*command, exit_code);
     add_calibrate_site(*command, exit_code);
 }
 

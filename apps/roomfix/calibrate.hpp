@@ -17,6 +17,7 @@ void add_calibrate_floor(CLI::App& calibrate, int& exit_code);
 void add_calibrate_corner(CLI::App& calibrate, int& exit_code);
 void add_calibrate_grid(CLI::App& calibrate, int& exit_code);
 void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
+void add_calibrate_robot(CLI::App& calibrate, int& exit_code);
 void add_calibrate_site(CLI::App& calibrate, int& exit_code);
 
 /// Says what is wrong, and returns the exit code.

@@ -84,6 +84,11 @@ bool Tracker::plausible_time(Nanoseconds time) {
     return true;
 }
 
+void Tracker::go_on(Nanoseconds time) {
+    newest_ = newest_ ? std::max(*newest_, time) : time;
+    stray_.reset();
+}
+
 void Tracker::add(std::size_t group, const Event& event) {
     const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); };
     switch (buffers_[group].add(event, run)) {

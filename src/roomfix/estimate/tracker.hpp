@@ -59,6 +59,9 @@ public:
     /// Where a robot may be, found from several observations together: tracking starts or recovers there.
     void propose(Nanoseconds time, const std::string& source, const PlaceSighting& places);
 
+    /// A recording that is read in the order of its times goes on at this one: however long the gap before it, it is no error.
+    void go_on(Nanoseconds time);
+
     /// A robot that is not one of many, at a time not before its last observation; nothing if it is not tracked.
     std::optional<Fix> fix(int robot, Nanoseconds time) const;
     /// Where a robot that is not one of many is expected at a time, if it is tracked and not lost.

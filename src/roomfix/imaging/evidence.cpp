@@ -80,39 +80,26 @@ void ColourBackground::to_log(const ColourImage& frame, std::vector<float>& log)
     for (std::size_t i = 0; i < log.size(); ++i) log[i] = table[frame.values[i]];
 }
 
-/// The light of each block from all around it: a Gaussian over blocks and a little of the whole picture's light. A block that does not go with
-/// its neighbours is covered by something, and loses its say.
+/// The light of each block from all around it: a Gaussian over blocks and a little of the whole picture's light.
 void ColourBackground::couple_blocks(int across, int down, const std::array<float, 3>& all) {
-    constexpr int reach = 3;        // blocks
-    constexpr float width = 1.5f;   // blocks, of the Gaussian
-    constexpr float odd = 0.06f;    // log light by which a block may differ from its neighbours and keep half its say
+    constexpr int reach = 2;           // blocks; the Gaussian's standard deviation is one
+    constexpr float whole = 0.02f;     // weight of the whole picture's light
     const auto c = static_cast<std::size_t>(channels_);
-    says_ = weights_;
-    for (int round = 0; round < 3; ++round) {
-        for (int by = 0; by < down; ++by) {
-            for (int bx = 0; bx < across; ++bx) {
-                const auto b = static_cast<std::size_t>(by * across + bx);
-                float sum = 0.02f;
-                std::array<float, 3> light{};
-                for (std::size_t k = 0; k < c; ++k) light[k] = 0.02f * all[k];
-                for (int dy = -reach; dy <= reach; ++dy) {
-                    for (int dx = -reach; dx <= reach; ++dx) {
-                        const int nx = bx + dx;
-                        const int ny = by + dy;
-                        if (nx < 0 || ny < 0 || nx >= across || ny >= down) continue;
-                        const auto n = static_cast<std::size_t>(ny * across + nx);
-                        const float w = says_[n] * std::exp(-0.5f * static_cast<float>(dx * dx + dy * dy) / (width * width));
-                        sum += w;
-                        for (std::size_t k = 0; k < c; ++k) light[k] += w * blocks_[n * c + k];
-                    }
+    for (int by = 0; by < down; ++by) {
+        for (int bx = 0; bx < across; ++bx) {
+            const auto b = static_cast<std::size_t>(by * across + bx);
+            float sum = whole;
+            std::array<float, 3> light{};
+            for (std::size_t k = 0; k < c; ++k) light[k] = whole * all[k];
+            for (int ny = std::max(by - reach, 0); ny <= std::min(by + reach, down - 1); ++ny) {
+                for (int nx = std::max(bx - reach, 0); nx <= std::min(bx + reach, across - 1); ++nx) {
+                    const auto n = static_cast<std::size_t>(ny * across + nx);
+                    const float w = weights_[n] * std::exp(-0.5f * static_cast<float>((nx - bx) * (nx - bx) + (ny - by) * (ny - by)));
+                    sum += w;
+                    for (std::size_t k = 0; k < c; ++k) light[k] += w * blocks_[n * c + k];
                 }
-                for (std::size_t k = 0; k < c; ++k) smooth_[b * c + k] = light[k] / sum;
             }
-        }
-        for (std::size_t b = 0; b < says_.size(); ++b) {
-            float off = 0;
-            for (std::size_t k = 0; k < c; ++k) off = std::max(off, std::abs(blocks_[b * c + k] - smooth_[b * c + k]));
-            says_[b] = weights_[b] / (1 + std::pow(off / odd, 4.0f));
+            for (std::size_t k = 0; k < c; ++k) smooth_[b * c + k] = light[k] / sum;
         }
     }
 }
@@ -289,6 +276,7 @@ bool ColourBackground::compare(const ColourImage& frame, Evidence& evidence) {
     evidence.height = height_;
     evidence.scale = scale_;
     judge_pixels(evidence);
+    if (evidence.with_colours) keep_colours(evidence);
     evidence.sum_up();
     return true;
 }
@@ -322,6 +310,8 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     const float colour_variance = settings_.light_colour * settings_.light_colour;
     const float range = settings_.brightest - settings_.darkest;
     evidence.pixels.resize(pixels());
+    if (evidence.with_colours) evidence.as_background.resize(pixels());
+    const float log_other = std::log(other / settings_.share_other);
     for (std::size_t i = 0; i < pixels(); ++i) {
         const float* d = difference_.data() + i * c;
         const float sigma = noise_[i];
@@ -334,6 +324,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         squares /= sigma * sigma;
         if (squares < channels) {  // plainly the background
             evidence.pixels[i] = {0, 1};
+            if (evidence.with_colours) evidence.as_background[i] = -0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)) - log_other;
             continue;
         }
         const float same = share_same * std::exp(-0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)));
@@ -346,7 +337,16 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float lit = settings_.share_lit * std::exp(log_lit);
         const float sum = other + same + lit;
         evidence.pixels[i] = {std::max(other - lit, 0.0f) / sum, same / sum};
+        if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;
     }
+}
+
+/// The frame's colours as they would be in the background's light.
+void ColourBackground::keep_colours(Evidence& evidence) const {
+    evidence.channels = channels_;
+    evidence.colour_range = static_cast<double>(settings_.other_range);
+    evidence.colours.resize(difference_.size());
+    for (std::size_t i = 0; i < difference_.size(); ++i) evidence.colours[i] = mean_[i] + difference_[i];
 }
 
 void ColourBackground::refresh(const Evidence& evidence, float part) {

@@ -41,6 +41,13 @@ struct Evidence {
     std::vector<Sums> box_sums;  // (width + 1) x (height + 1): of all pixels above and to the left
     double clutter = 0;          // part of what the picture tells that is something else
 
+    // Only where they are asked for: what learned looks of robots are compared with.
+    bool with_colours = false;
+    int channels = 0;                  // of `colours`
+    double colour_range = 2;           // over which log colours of things of any colour are spread evenly, each channel
+    std::vector<float> colours;        // log colours in the background's light, row-major, channels side by side
+    std::vector<float> as_background;  // log of how much likelier each is of the background, in any light, than of a thing of any colour
+
     bool empty() const { return pixels.empty(); }
     /// Over the pixels begin <= x < end of a row.
     Sums run(int y, int begin, int end) const {
@@ -89,6 +96,7 @@ private:
     void add_shift_noise();
     float unevenness(int x, int y) const;
     void judge_pixels(Evidence& evidence);
+    void keep_colours(Evidence& evidence) const;
 
     EvidenceSettings settings_;
     int width_ = 0;
@@ -107,7 +115,6 @@ private:
     std::vector<float> sorted_;
     std::vector<float> blocks_;
     std::vector<float> weights_;
-    std::vector<float> says_;
     std::vector<float> smooth_;
 };
 

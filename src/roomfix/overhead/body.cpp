@@ -6,6 +6,7 @@
 
 #include "roomfix/geometry/convex_hull.hpp"
 #include "roomfix/overhead/silhouette.hpp"
+#include "roomfix/site/body_parts.hpp"
 
 namespace roomfix {
 namespace {
@@ -76,10 +77,11 @@ Body body_of(const SiteRobot& robot) {
             body.radius = std::max(body.radius, p.head<2>().norm());
         }
     }
-    if (robot.parts.empty()) {
-        body.symmetry = shape_points(robot.shape, robot.size_sigma).symmetry;
+    body.learned = robot.learned;
+    if (robot.learned) {
+        body.symmetry = robot.learned->symmetry;
     } else {
-        body.symmetry = 2 * std::numbers::pi;
+        body.symmetry = robot.parts.empty() ? shape_points(robot.shape, robot.size_sigma).symmetry : symmetry_of(robot.parts);
     }
     return body;
 }

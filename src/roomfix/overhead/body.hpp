@@ -2,10 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "roomfix/geometry/view.hpp"
+#include "roomfix/site/learned_body.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -18,6 +20,9 @@ struct Body {
     double radius = 0;              // m, of the smallest circle around the origin that holds it on the floor
     double symmetry = 0;            // rad after which it looks the same; 0: it has no direction
     double size_sigma = 0.005;      // m: how well its extent is known
+    std::shared_ptr<const LearnedBody> learned;  // its look; null: nobody knows
+
+    bool has_look() const { return learned && !learned->look.spots.empty(); }
 
     bool round() const { return symmetry == 0; }
 };

@@ -61,13 +61,17 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     }
 }
 
+bool BodyObserver::wants_colours() const {
+    return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });
+}
+
 /// What a body explains says nothing about others: as if it was the background.
 void BodyObserver::take_away(const Pose2& pose, const Body& body) {
     for (std::size_t c = 0; c < moment_.size(); ++c) {
         Evidence& evidence = left_[c];
-        cover(*moment_[c].view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, mask_);
-        if (!mask_.valid || mask_.spans.empty()) continue;
-        for (const Span& span : mask_.spans) {
+        cover(*moment_[c].view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
+        if (!memory_.mask.valid || memory_.mask.spans.empty()) continue;
+        for (const Span& span : memory_.mask.spans) {
             Evidence::Sums* row = evidence.pixels.data() + static_cast<std::ptrdiff_t>(span.y) * evidence.width;
             std::fill(row + span.begin, row + span.end, Evidence::Sums{0, 1});
         }
@@ -76,7 +80,7 @@ void BodyObserver::take_away(const Pose2& pose, const Body& body) {
 }
 
 bool BodyObserver::confirms(const SeenBy& camera, int robot, const Pose2& pose) {
-    const PlaceScore score = score_place(*camera.view, *camera.evidence, body(robot), pose, settings_.search.score, mask_);
+    const PlaceScore score = score_place(*camera.view, *camera.evidence, body(robot), pose, settings_.search.score, memory_);
     return score.in_picture && score.filled > settings_.plainly_filled && score.around < settings_.plainly_alone &&
            score.log_ratio > settings_.search.odds_of_clutter;
 }

@@ -43,6 +43,9 @@ public:
     /// Does an outline's place explain the pictures about as well as the best place of the body does?
     bool agrees(std::span<const SeenBy> cameras, int robot, const Pose2& pose, const BodyPlace& best);
 
+    /// Does any of the robots want the evidence's colours?
+    bool wants_colours() const;
+
     const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:
@@ -56,7 +59,7 @@ private:
     std::vector<SeenBy> moment_;
     std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
     std::vector<BodySighting> found_;
-    BodyMask mask_;
+    PlaceMemory memory_;
 };
 
 }  // namespace roomfix

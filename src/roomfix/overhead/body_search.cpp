@@ -57,15 +57,31 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.
 
 }  // namespace
 
-double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse) {
     double sum = 0;
-    for (const SeenBy& camera : cameras) sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, mask_).log_ratio;
+    for (const SeenBy& camera : cameras) sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, memory_, coarse).log_ratio;
     return sum;
+}
+
+std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    double sum = 0;
+    int spots = 0;
+    for (const SeenBy& camera : cameras) {
+        if (!body.has_look() || !camera.evidence->with_colours) continue;
+        const LookSettings& settings = settings_.score.look;
+        const LookScore seen = score_look(*camera.view, *camera.evidence, body.learned->look, pose, settings.usual_clutter, settings, memory_.spots);
+        if (seen.spots < settings.least_spots) continue;
+        sum += seen.per_spot * seen.spots;
+        spots += seen.spots;
+    }
+    return spots > 0 ? std::optional(sum / spots) : std::nullopt;
 }
 
 std::vector<BodyCandidate> BodySearch::candidates(std::span<const SeenBy> cameras, const Body& body) {
     search_floor(cameras, body);
-    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius);
+    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius, true);
+    if (body.has_look()) compare_looks(cameras, body);
+    std::erase_if(candidates_, [](const BodyCandidate& c) { return c.score <= 1; });
     std::sort(candidates_.begin(), candidates_.end(), better);
     keep_apart(candidates_, static_cast<std::size_t>(settings_.most_climbs), [&](const BodyCandidate& a, const BodyCandidate& b) {
         const double turn = body.round() ? 0 : std::abs(std::remainder(a.pose.yaw - b.pose.yaw, body.symmetry));
@@ -155,19 +171,36 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
             BodyCandidate best{{x, y, 0}, 0};
             for (int turn = 0; turn < turns; ++turn) {
                 const Pose2 pose{x, y, body.symmetry * turn / turns};
-                const double here = score(cameras, body, pose);
+                const double here = score(cameras, body, pose, true);
                 if (here > best.score) best = {pose, here};
             }
             if (best.score > 1) candidates_.push_back(best);
         }
     }
     std::sort(candidates_.begin(), candidates_.end(), better);
-    keep_apart(candidates_, static_cast<std::size_t>(settings_.most_climbs),
-               [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 1.2 * body.radius; });
+    keep_apart(candidates_, static_cast<std::size_t>(body.has_look() ? settings_.most_by_look : settings_.most_climbs),
+               [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < (body.has_look() ? 0.6 : 1.2) * body.radius; });
+}
+
+/// Places found by how much differs, turned as the look agrees best; the best of them are moved to where it agrees.
+void BodySearch::compare_looks(std::span<const SeenBy> cameras, const Body& body) {
+    constexpr int turns = 12;
+    for (BodyCandidate& candidate : candidates_) {
+        BodyCandidate best{candidate.pose, score(cameras, body, candidate.pose)};
+        for (int i = 1; i < turns && !body.round(); ++i) {
+            const Pose2 pose = moved(candidate.pose, {0, 0, body.symmetry * i / turns});
+            const double here = score(cameras, body, pose);
+            if (here > best.score) best = {pose, here};
+        }
+        candidate = best;
+    }
+    std::sort(candidates_.begin(), candidates_.end(), better);
+    candidates_.resize(std::min(candidates_.size(), static_cast<std::size_t>(settings_.most_climbs)));
+    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
 }
 
 /// Climbs by trying steps along each axis, ever smaller ones.
-BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step) {
+BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse) {
     const double smallest = step / 32;
     for (; step >= smallest; step /= 2) {
         const double turn = body.round() ? 0 : step / body.radius;
@@ -177,7 +210,7 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
                                               Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
                 if (by.isZero(0)) continue;
                 const Pose2 pose = moved(start.pose, by);
-                const double here = score(cameras, body, pose);
+                const double here = score(cameras, body, pose, coarse);
                 if (here <= start.score) continue;
                 start = {pose, here};
                 improved = true;
@@ -249,7 +282,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     std::vector<End> ends;
     place.seen.assign(cameras.size(), 0);
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-        const PlaceScore here = score_place(*cameras[c].view, *cameras[c].evidence, body, place.pose, settings_.score, mask_);
+        const PlaceScore here = score_place(*cameras[c].view, *cameras[c].evidence, body, place.pose, settings_.score, memory_);
         if (!here.in_picture || here.log_ratio < 1) continue;
         place.seen[c] = 1;
         filled += here.samples * here.filled;
@@ -294,8 +327,9 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
-    const double clutter = settings_.odds_of_clutter;
-    place.probability = 1 / (1 + std::exp(std::clamp(clutter - place.log_ratio, -500.0, 500.0)));
+    const auto look = agreement(cameras, body, place.pose);
+    const double odds = look ? std::min(log_odds_of_look(*body.learned, *look), place.log_ratio) : place.log_ratio - settings_.odds_of_clutter;
+    place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;
 }
 

@@ -23,6 +23,7 @@ struct BodySearchSettings {
     double farthest = 8;           // times the camera's height: nobody locates robots beyond
     double least_other = 0.06;     // part of the body's box that must show something else for a closer look
     int most_climbs = 12;          // places that are refined
+    int most_by_look = 48;         // places at which the look is compared, where it is known
     int spread_samples = 96;       // drawn to measure how far the place is uncertain
     int spread_rounds = 4;
     double most_information = 40;  // nats: a body that is not exactly as described tells places apart no better than that
@@ -61,7 +62,11 @@ public:
     std::vector<BodyPlace> places(std::span<const SeenBy> cameras, const Body& body, const std::vector<BodyCandidate>& candidates);
 
     /// Score of one pose in all cameras together, nats.
-    double score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
+    double score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse = false);
+    /// How well the body's look agrees with what the cameras see at a pose, nats per spot; nothing where it is not known, or hardly in view.
+    std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
+    /// The best pose near one, in steps from `step` (m) down.
+    BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
 
 private:
     struct Spread {
@@ -70,14 +75,14 @@ private:
     };
     void search_floor(std::span<const SeenBy> cameras, const Body& body);
     bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
-    BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step);
+    void compare_looks(std::span<const SeenBy> cameras, const Body& body);
     double trust_in(double score) const;
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust);
     BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best);
 
     BodySearchSettings settings_;
-    BodyMask mask_;
+    PlaceMemory memory_;
     std::vector<BodyCandidate> candidates_;
 };
 

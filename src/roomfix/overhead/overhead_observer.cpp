@@ -65,6 +65,7 @@ void OverheadObserver::observe_outlines(LumaView frame) {
 /// the picture much worse than elsewhere was something else's.
 void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& result) {
     evidence_.pixels.clear();
+    evidence_.with_colours = bodies_.wants_colours();
     if (!frame.colour || colour_background_.empty() || !colour_background_.compare(*frame.colour, evidence_)) return;
     const SeenBy seen{&view_, &evidence_};
     wanted_.assign(robots_.size(), 0);
@@ -275,7 +276,9 @@ bool OverheadObserver::tried_alike(int robot) const {
     return false;
 }
 
+/// Only shapes have outlines to be fitted.
 bool OverheadObserver::available(int robot) const {
+    if (!robots_[static_cast<std::size_t>(robot)].parts.empty()) return false;
     if (static_cast<std::size_t>(robot) < elsewhere_.size() && elsewhere_[static_cast<std::size_t>(robot)]) return false;
     return robots_[static_cast<std::size_t>(robot)].many || std::none_of(found_.begin(), found_.end(), [&](const Found& f) { return f.robot == robot; });
 }

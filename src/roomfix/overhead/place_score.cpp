@@ -50,8 +50,10 @@ double clutter_around(const Evidence& evidence, const BodyMask& mask, const Evid
 
 }  // namespace
 
-PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, BodyMask& mask) {
+PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
+                       bool coarse) {
     PlaceScore score;
+    BodyMask& mask = memory.mask;
     int step = 1;
     if (body.parts.size() == 1) {
         const auto top = project_map_point(view, {pose.x, pose.y, body.height});
@@ -77,7 +79,11 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     score.around = clutter;
     const double body_here = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
     const double nothing_here = all.k * std::log(clutter) + (all.n - all.k) * std::log(1 - clutter);
-    const double ratio = body_here - nothing_here;
+    double ratio = body_here - nothing_here;
+    if (!coarse && body.has_look() && evidence.with_colours) {
+        const LookScore look = score_look(view, evidence, body.learned->look, pose, clutter, settings.look, memory.spots);
+        if (look.spots >= settings.look.least_spots) ratio = look.per_spot * mask.area / settings.pixels_per_sample;
+    }
     // It may be hidden altogether.
     score.log_ratio = ratio > 20 ? ratio + std::log(1 - settings.hidden) : std::log(settings.hidden + (1 - settings.hidden) * std::exp(ratio));
     return score;

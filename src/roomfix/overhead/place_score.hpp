@@ -3,6 +3,7 @@
 
 #include "roomfix/imaging/evidence.hpp"
 #include "roomfix/overhead/body.hpp"
+#include "roomfix/overhead/look_score.hpp"
 
 namespace roomfix {
 
@@ -20,6 +21,7 @@ struct PlaceScoreSettings {
     double surroundings = 0.5;     // of the body's box, to each side: where clutter is counted
     double hidden = 0.1;           // probability that all of the body is hidden from a camera by something unknown
     double least_whole = 0.1;      // part of the body that must lie in the picture: less says nothing
+    LookSettings look;
 };
 
 struct PlaceScore {
@@ -30,6 +32,14 @@ struct PlaceScore {
     bool in_picture = false;
 };
 
-PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, BodyMask& mask);
+/// Working memory.
+struct PlaceMemory {
+    BodyMask mask;
+    std::vector<SeenSpot> spots;
+};
+
+/// Where the body's look is known and the evidence has its colours, they decide instead of how much differs. `coarse`: they are left out.
+PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
+                       bool coarse = false);
 
 }  // namespace roomfix

@@ -19,6 +19,13 @@ void wait_until(double due, const std::atomic<bool>& stop) {
 
 }  // namespace
 
+/// Recordings may have gaps of any length.
+void SiteRunner::go_on(Nanoseconds time) {
+    tell_until(time);
+    const std::lock_guard lock(mutex_);
+    tracker_.go_on(time);
+}
+
 /// Round by round, so that the fixes do not depend on the number of threads.
 Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                                       const std::function<void(double)>& progress) {
@@ -46,6 +53,7 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
             counts[camera].dropped += late;
             if (!late) looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time});
         }
+        go_on(first);
         auto fed = feed(looked_at, pool);
         if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will
         for (const std::size_t camera : round) count_dropped(camera, counts[camera]);

@@ -131,6 +131,7 @@ private:
     std::optional<double> latency(Nanoseconds time) const;
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
+    void go_on(Nanoseconds time);
     void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
     void count_dropped(std::size_t index, const FrameCount& count);
     void note_quarantine(const CameraPost& post, SourceState& state) const;

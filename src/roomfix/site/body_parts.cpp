@@ -6,6 +6,11 @@
 #include <numbers>
 
 namespace roomfix {
+namespace {
+
+constexpr int cylinder_sides = 16;
+
+}  // namespace
 
 ConvexPart box_part(const Box& box, const Eigen::Isometry3d& robot_from_part) {
     ConvexPart part;
@@ -17,7 +22,7 @@ ConvexPart box_part(const Box& box, const Eigen::Isometry3d& robot_from_part) {
 }
 
 ConvexPart cylinder_part(const Cylinder& cylinder, const Eigen::Isometry3d& robot_from_part) {
-    constexpr int rim = 16;
+    constexpr int rim = cylinder_sides;
     ConvexPart part;
     const double r = cylinder.diameter / 2 / (1 - 0.25 * std::pow(std::numbers::pi / rim, 2));
     for (int i = 0; i < 2 * rim; ++i) {
@@ -59,6 +64,25 @@ bool same_parts(const std::vector<ConvexPart>& a, const std::vector<ConvexPart>&
         });
     };
     return a.size() == b.size() && all_in(a, b) && all_in(b, a);
+}
+
+double symmetry_of(const std::vector<ConvexPart>& parts) {
+    constexpr double tolerance = 0.002;  // m
+    const auto same_after = [&](double angle) {
+        const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
+        const auto is_corner = [&](const Eigen::Vector3d& p) {
+            return std::any_of(parts.begin(), parts.end(), [&](const ConvexPart& part) {
+                return std::any_of(part.points.begin(), part.points.end(), [&](const Eigen::Vector3d& q) { return (p - q).norm() < tolerance; });
+            });
+        };
+        return std::all_of(parts.begin(), parts.end(), [&](const ConvexPart& part) {
+            return std::all_of(part.points.begin(), part.points.end(), [&](const Eigen::Vector3d& p) { return is_corner(turn * p); });
+        });
+    };
+    constexpr double pi = std::numbers::pi;
+    if (same_after(2 * pi / cylinder_sides)) return 0;
+    if (same_after(pi / 2)) return pi / 2;
+    return same_after(pi) ? pi : 2 * pi;
 }
 
 }  // namespace roomfix

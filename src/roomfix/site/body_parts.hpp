@@ -26,4 +26,7 @@ Box box_around(const std::vector<ConvexPart>& parts);
 /// Are all points of the two bodies at the same places, up to `tolerance` (m)? The parts may come in any order.
 bool same_parts(const std::vector<ConvexPart>& a, const std::vector<ConvexPart>& b, double tolerance);
 
+/// Angle after which a body looks the same (rad): 2 pi, pi, pi / 2, or 0 if it is round.
+double symmetry_of(const std::vector<ConvexPart>& parts);
+
 }  // namespace roomfix

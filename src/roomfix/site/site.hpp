@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <numbers>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -75,6 +76,8 @@ struct ConvexPart {
     std::vector<Eigen::Vector3d> points;
 };
 
+struct LearnedBody;
+
 /// A printed AprilTag of the family tag36h11. Its own frame: x to the right and y up as it is read, z out of the paper.
 struct Tag {
     int number = 0;
@@ -105,6 +108,7 @@ struct SiteRobot {
     Shape shape;                    // with `parts` or `model`: the box around them, its middle above the robot's origin
     std::vector<ConvexPart> parts;  // what the body is made of; empty: the shape is the body
     std::string learned_body;       // as written: a file of `roomfix calibrate robot`; empty: none
+    std::shared_ptr<const LearnedBody> learned;  // what stands in that file; null: none
     std::string model;              // as written: the file that the parts come from; empty: the site file itself
     double model_scale = 1;         // m per unit of the model
     double size_sigma = 0.005;      // m: how well the shape is known

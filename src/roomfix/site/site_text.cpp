@@ -84,11 +84,11 @@ std::string parts_text(const std::vector<ConvexPart>& parts) {
 }
 
 std::string body_text(const SiteRobot& robot) {
+    if (!robot.learned_body.empty()) return "model: " + robot.learned_body;
     if (!robot.model.empty()) {
         return "model: " + robot.model + (robot.model_scale != 1 ? ", model_scale: " + number_text(robot.model_scale) : "");
     }
-    const std::string body = robot.parts.empty() ? shape_text(robot.shape) : parts_text(robot.parts);
-    return body + (robot.learned_body.empty() ? "" : ", model: " + robot.learned_body);
+    return robot.parts.empty() ? shape_text(robot.shape) : parts_text(robot.parts);
 }
 
 std::string robot_text(const SiteRobot& robot) {

@@ -1,0 +1,372 @@
+#include "roomfix/calibrate/body_learner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "roomfix/site/body_parts.hpp"
+
+namespace roomfix {
+namespace {
+
+BodySearchSettings search_settings(const BodyLearnerSettings& settings) {
+    BodySearchSettings search = settings.search;
+    search.most_climbs = settings.candidates;
+    return search;
+}
+
+class Learner {
+public:
+    Learner(const std::vector<BodyMoment>& moments, const SiteRobot& rough, const BodyLearnerSettings& settings)
+        : moments_(moments), rough_robot_(rough), rough_(body_of(rough)), body_(rough_), settings_(settings), search_(search_settings(settings)) {}
+
+    Result<BodyLesson> learn(const std::function<void(double)>& progress);
+
+private:
+    void find_candidates(const std::function<void(double)>& progress);
+    Result<void> begin_round_body();
+    Result<void> begin_by_look();
+    double look_alike(const Body& body, std::size_t moment, const Pose2& pose);
+    Pose2 most_alike(const Body& body, std::size_t moment, int turns);
+    bool stands_among(const std::vector<BodySight>& sights, const Pose2& pose) const;
+    void learn_look();
+    void learn_shape();
+    void find_again();
+    void put_straight();
+    Agreement agreement_of(const std::vector<double>& values, const Agreement& before) const;
+    void learn_agreement(LearnedBody& body);
+    Result<void> check() const;
+
+    const std::vector<BodyMoment>& moments_;
+    SiteRobot rough_robot_;
+    Body rough_;
+    Body body_;  // as learned so far
+    BodyLearnerSettings settings_;
+    BodySearch search_;
+    PlaceMemory memory_;
+    std::vector<std::vector<BodyCandidate>> candidates_;  // of each moment
+    std::vector<BodySight> sights_;
+    double size_sigma_ = 0.01;
+};
+
+/// Turns of the rough body that it does not tell apart, but its look may.
+int turns_of(const Body& rough) { return rough.round() ? 1 : std::max(2, static_cast<int>(std::lround(2 * std::numbers::pi / rough.symmetry))); }
+
+Pose2 turned(const Pose2& pose, int turn, int turns) { return {pose.x, pose.y, wrap_angle(pose.yaw + 2 * std::numbers::pi * turn / turns)}; }
+
+void Learner::find_candidates(const std::function<void(double)>& progress) {
+    candidates_.clear();
+    for (std::size_t m = 0; m < moments_.size(); ++m) {
+        candidates_.push_back(search_.candidates(moments_[m].cameras, rough_));
+        if (progress) progress(0.5 * static_cast<double>(m + 1) / static_cast<double>(moments_.size()));
+    }
+}
+
+/// A round body has no direction, and its best places are taken as they are.
+Result<void> Learner::begin_round_body() {
+    for (std::size_t m = 0; m < moments_.size(); ++m) {
+        if (candidates_[m].empty() || candidates_[m][0].score < settings_.search.odds_of_clutter) continue;
+        sights_.push_back({m, candidates_[m][0].pose});
+    }
+    if (sights_.size() < settings_.least_sights) {
+        return Error{fmt::format("only {} of {} moments show anything of the robot's size: record it at {} or more places, with a background without it (--background)",
+                                 sights_.size(), moments_.size(), settings_.least_sights)};
+    }
+    return {};
+}
+
+/// How well a look explains a moment, nats per spot, mean over the cameras that see enough of it.
+double Learner::look_alike(const Body& body, std::size_t moment, const Pose2& pose) {
+    double sum = 0;
+    int cameras = 0;
+    for (const SeenBy& camera : moments_[moment].cameras) {
+        const LookScore score = score_look(*camera.view, *camera.evidence, body.learned->look, pose, 0.2, settings_.spots.look, memory_.spots);
+        if (score.spots < settings_.spots.look.least_spots) continue;
+        sum += score.per_spot;
+        ++cameras;
+    }
+    return cameras > 0 ? sum / cameras : 0;
+}
+
+/// Where a moment's picture agrees best with a look, near one of the places that something of the robot's size may be at.
+Pose2 Learner::most_alike(const Body& body, std::size_t moment, int turns) {
+    constexpr std::size_t tried = 3;
+    std::vector<BodyCandidate> starts;
+    for (const BodyCandidate& candidate : candidates_[moment]) {
+        for (int turn = 0; turn < turns; ++turn) {
+            const Pose2 pose = turned(candidate.pose, turn, turns);
+            starts.push_back({pose, look_alike(body, moment, pose)});
+        }
+    }
+    const auto better = [](const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; };
+    std::sort(starts.begin(), starts.end(), better);
+    starts.resize(std::min(starts.size(), tried));
+    for (BodyCandidate& start : starts) {
+        for (double step = 0.25 * body.radius; step > 0.02 * body.radius; step /= 2) {
+            for (bool improved = true; improved;) {
+                improved = false;
+                for (int axis = 0; axis < 6; ++axis) {
+                    const double by = axis % 2 == 0 ? step : -step;
+                    Pose2 pose = start.pose;
+                    (axis < 2 ? pose.x : axis < 4 ? pose.y : pose.yaw) += axis < 4 ? by : by / body.radius;
+                    const double here = look_alike(body, moment, pose);
+                    if (here <= start.score) continue;
+                    start = {pose, here};
+                    improved = true;
+                }
+            }
+        }
+    }
+    return starts.empty() ? Pose2() : std::max_element(starts.begin(), starts.end(), [&](const auto& a, const auto& b) { return better(b, a); })->pose;
+}
+
+/// Is it where it was at another moment? What never moves is no robot.
+bool Learner::stands_among(const std::vector<BodySight>& sights, const Pose2& pose) const {
+    constexpr double same_place = 0.1;  // of the body's radius
+    return std::any_of(sights.begin(), sights.end(),
+                       [&](const BodySight& s) { return std::hypot(s.pose.x - pose.x, s.pose.y - pose.y) < same_place * rough_.radius; });
+}
+
+/// One sight after the other is taken for the robot; the one whose look is found again in most other moments is believed.
+Result<void> Learner::begin_by_look() {
+    const int turns = turns_of(rough_);
+    const std::vector<LookSpot> spots = spots_on(rough_.parts, settings_.spots.spots / 2);
+    struct Seed {
+        double total = 0;
+        std::vector<BodySight> sights;
+    } best;
+    const std::size_t each = std::max<std::size_t>(6, settings_.seeds / std::max<std::size_t>(1, moments_.size()));
+    for (std::size_t m = 0; m < moments_.size(); ++m) {
+        for (std::size_t k = 0; k < std::min(candidates_[m].size(), each); ++k) {
+            Seed seed;
+            seed.sights.push_back({m, candidates_[m][k].pose});
+            Body body = rough_;
+            auto learned = std::make_shared<LearnedBody>();
+            learned->look = look_from(moments_, seed.sights, spots, false, settings_.spots);
+            if (learned->look.spots.size() < spots.size() / 8) continue;
+            body.learned = learned;
+            for (std::size_t other = 0; other < moments_.size(); ++other) {
+                if (other == m) continue;
+                const BodySight where{other, most_alike(body, other, turns)};
+                // A thing that fills the body counts for more than one that fills a corner of it.
+                const double alike = look_alike(body, other, where.pose) * static_cast<double>(learned->look.spots.size());
+                if (alike <= 0 || stands_among(seed.sights, where.pose)) continue;
+                seed.total += std::min(alike / settings_.search.score.pixels_per_sample, settings_.enough);
+                seed.sights.push_back(where);
+            }
+            if (seed.total > best.total) best = std::move(seed);
+        }
+    }
+    if (best.sights.size() < settings_.least_sights) {
+        return Error{fmt::format("no thing of the robot's size is seen in {} or more of the {} moments and looks alike in them: record it at more places, with a "
+                                 "background without it (--background), and check its shape and size in the site file",
+                                 settings_.least_sights, moments_.size())};
+    }
+    sights_ = std::move(best.sights);
+    return {};
+}
+
+void Learner::learn_shape() {
+    const Occupancy occupancy(moments_, sights_, rough_, rough_.round(), settings_.occupancy);
+    auto parts = occupancy.parts();
+    if (parts.empty()) return;
+    size_sigma_ = occupancy.size_sigma();
+    SiteRobot robot = rough_robot_;
+    robot.parts = std::move(parts);
+    robot.shape = box_around(robot.parts);
+    robot.size_sigma = size_sigma_;
+    const auto learned = body_.learned;
+    body_ = body_of(robot);
+    body_.symmetry = rough_.round() ? 0 : 2 * std::numbers::pi;
+    body_.learned = learned;
+}
+
+void Learner::learn_look() {
+    auto learned = std::make_shared<LearnedBody>();
+    learned->look = look_from(moments_, sights_, spots_on(body_.parts, settings_.spots.spots), rough_.round(), settings_.spots);
+    body_.learned = std::move(learned);
+    body_.symmetry = rough_.round() ? 0 : 2 * std::numbers::pi;
+}
+
+/// Looks for the body as it is known by now near its last pose and at all other places of each moment.
+void Learner::find_again() {
+    const int turns = turns_of(rough_);
+    std::vector<BodySight> found;
+    for (std::size_t m = 0; m < moments_.size(); ++m) {
+        const auto& cameras = moments_[m].cameras;
+        std::vector<BodyCandidate> starts;
+        for (const BodySight& sight : sights_) {
+            if (sight.moment == m) starts.push_back({sight.pose, search_.score(cameras, body_, sight.pose)});
+        }
+        for (const BodyCandidate& candidate : candidates_[m]) {
+            for (int turn = 0; turn < turns; ++turn) {
+                const Pose2 pose = turned(candidate.pose, turn, turns);
+                starts.push_back({pose, search_.score(cameras, body_, pose)});
+            }
+        }
+        std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+        BodyCandidate best;
+        for (std::size_t i = 0; i < std::min<std::size_t>(starts.size(), 3); ++i) {
+            const BodyCandidate climbed = search_.climb(cameras, body_, starts[i], 0.15 * body_.radius);
+            if (climbed.score > best.score) best = climbed;
+        }
+        if (best.score > settings_.search.odds_of_clutter) found.push_back({m, best.pose});
+    }
+    sights_ = std::move(found);
+}
+
+/// By how much to turn a body (rad, up to an eighth of a turn) so that the box around it along the axes is smallest.
+double crookedness(const std::vector<ConvexPart>& parts) {
+    constexpr double pi = std::numbers::pi;
+    double smallest = 1e18;
+    double best = 0;
+    for (double angle = -pi / 4; angle < pi / 4; angle += pi / 360) {
+        const Eigen::Rotation2Dd turn(angle);
+        Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+        for (const ConvexPart& part : parts) {
+            for (const Eigen::Vector3d& p : part.points) {
+                const Eigen::Vector2d q = turn * p.head<2>();
+                low = low.cwiseMin(q);
+                high = high.cwiseMax(q);
+            }
+        }
+        const double area = (high - low).prod() * (1 + 1e-3 * std::abs(angle));
+        if (area < smallest) {
+            smallest = area;
+            best = angle;
+        }
+    }
+    return best;
+}
+
+/// What is learned may lie beside the origin, and be turned, as long as the poses are: its middle becomes the origin, its sides lie along the
+/// axes.
+void Learner::put_straight() {
+    const Eigen::Rotation2Dd turn(rough_.round() ? 0 : crookedness(body_.parts));
+    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+    for (const ConvexPart& part : body_.parts) {
+        for (const Eigen::Vector3d& p : part.points) {
+            const Eigen::Vector2d q = turn * p.head<2>();
+            low = low.cwiseMin(q);
+            high = high.cwiseMax(q);
+        }
+    }
+    const Eigen::Vector2d middle = 0.5 * (low + high);
+    for (auto* parts : {&body_.parts, &body_.core}) {
+        for (ConvexPart& part : *parts) {
+            for (Eigen::Vector3d& p : part.points) p.head<2>() = turn * p.head<2>() - middle;
+        }
+    }
+    for (BodySight& sight : sights_) {
+        sight.pose.yaw = wrap_angle(sight.pose.yaw - turn.angle());
+        const Eigen::Vector2d by = Eigen::Rotation2Dd(sight.pose.yaw) * middle;
+        sight.pose.x += by.x();
+        sight.pose.y += by.y();
+    }
+}
+
+Result<void> Learner::check() const {
+    if (sights_.size() < settings_.least_sights) {
+        return Error{fmt::format("what looked like the robot is found again in only {} of {} moments: record it at more places, in plain view", sights_.size(), moments_.size())};
+    }
+    double way = 0;
+    for (const BodySight& a : sights_) {
+        for (const BodySight& b : sights_) way = std::max(way, std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y));
+    }
+    if (way < settings_.least_way * rough_.radius) {
+        return Error{fmt::format("the only thing of the robot's size never moved ({:.2f} m in all moments): that might be furniture; record the robot at different places", way)};
+    }
+    const Box is = box_around(body_.parts);
+    const Box said = box_around(rough_.parts);
+    const double limit = 3 * rough_robot_.size_sigma;
+    const auto off = [&](double a, double b) { return std::abs(a - b) > limit + settings_.most_misfit * b; };
+    if (off(is.height, said.height) || off(std::max(is.length, is.width), std::max(said.length, said.width)) ||
+        off(std::min(is.length, is.width), std::min(said.length, said.width))) {
+        return Error{fmt::format("what moves in these pictures is {:.2f} x {:.2f} x {:.2f} m, the site file says {:.2f} x {:.2f} x {:.2f} m: is it the robot? Then correct its size",
+                                 is.length, is.width, is.height, said.length, said.width, said.height)};
+    }
+    return {};
+}
+
+/// Mean and deviation of values, with what was expected before counting as two of them.
+Agreement Learner::agreement_of(const std::vector<double>& values, const Agreement& before) const {
+    constexpr double weight = 2;
+    const auto n = static_cast<double>(values.size());
+    Agreement result;
+    result.mean = weight * before.mean;
+    for (const double v : values) result.mean += v;
+    result.mean /= n + weight;
+    double squares = weight * (std::pow(before.sigma, 2) + std::pow(before.mean - result.mean, 2));
+    for (const double v : values) squares += std::pow(v - result.mean, 2);
+    result.sigma = std::sqrt(squares / (n + weight));
+    return result;
+}
+
+/// How well the look agrees where the robot stands, and at best elsewhere in the same pictures: what a fix is judged by.
+void Learner::learn_agreement(LearnedBody& body) {
+    body_.learned = std::make_shared<LearnedBody>(body);
+    std::vector<double> robot;
+    std::vector<double> clutter;
+    double mean = 0;
+    for (const BodySight& sight : sights_) {
+        const auto& cameras = moments_[sight.moment].cameras;
+        if (const auto here = search_.agreement(cameras, body_, sight.pose)) {
+            robot.push_back(*here);
+            mean += *here;
+        }
+        std::optional<double> best;
+        for (const BodyCandidate& candidate : search_.candidates(cameras, body_)) {
+            if (std::hypot(candidate.pose.x - sight.pose.x, candidate.pose.y - sight.pose.y) < 1.2 * body_.radius) continue;
+            const auto elsewhere = search_.agreement(cameras, body_, candidate.pose);
+            if (elsewhere && (!best || *elsewhere > *best)) best = elsewhere;
+        }
+        if (best) clutter.push_back(*best);
+    }
+    if (robot.empty()) return;
+    mean /= static_cast<double>(robot.size());
+    body.as_robot = agreement_of(robot, {mean, 0.25 * std::abs(mean) + 0.1});
+    body.as_clutter = agreement_of(clutter, {0.2 * mean, 0.15 * std::abs(mean) + 0.1});
+}
+
+Result<BodyLesson> Learner::learn(const std::function<void(double)>& progress) {
+    find_candidates(progress);
+    if (auto begun = rough_.round() ? begin_round_body() : begin_by_look(); !begun) return begun.error();
+    if (progress) progress(0.6);
+    for (int i = 0; i < settings_.rounds; ++i) {
+        if (i > 0) {
+            learn_shape();
+            put_straight();
+        }
+        learn_look();
+        find_again();
+        if (progress) progress(0.6 + 0.4 * (i + 1) / settings_.rounds);
+        if (sights_.size() < settings_.least_sights) break;
+    }
+    if (auto checked = check(); !checked) return checked.error();
+    learn_shape();
+    put_straight();
+    learn_look();
+    BodyLesson lesson;
+    lesson.body.parts = body_.parts;
+    lesson.body.size_sigma = size_sigma_;
+    lesson.body.symmetry = body_.symmetry;
+    lesson.body.look = body_.learned->look;
+    learn_agreement(lesson.body);
+    lesson.sights = sights_;
+    for (const BodySight& sight : sights_) lesson.per_spot += look_alike(body_, sight.moment, sight.pose) / static_cast<double>(sights_.size());
+    for (std::size_t m = 0; m < moments_.size(); ++m) {
+        if (std::none_of(sights_.begin(), sights_.end(), [&](const BodySight& s) { return s.moment == m; })) lesson.left_out.push_back(m);
+    }
+    return lesson;
+}
+
+}  // namespace
+
+Result<BodyLesson> learn_body(const std::vector<BodyMoment>& moments, const SiteRobot& rough, const BodyLearnerSettings& settings,
+                              const std::function<void(double)>& progress) {
+    return Learner(moments, rough, settings).learn(progress);
+}
+
+}  // namespace roomfix

@@ -1,0 +1,45 @@
+// How well the colours in one camera's picture agree with the learned look of a body at a pose.
+#pragma once
+
+#include <vector>
+
+#include "roomfix/geometry/view.hpp"
+#include "roomfix/imaging/evidence.hpp"
+#include "roomfix/site/learned_body.hpp"
+
+namespace roomfix {
+
+struct LookSettings {
+    double otherwise = 0.15;   // part of the spots that are hidden, or look as never before
+    double light_sigma = 0.2;  // log: how far the light on the robot may differ from the light on the floor behind it
+    double facing = 0.2;       // cosine between a spot's direction and the camera's: flatter ones are not compared
+    double usual_clutter = 0.2;  // part of the pixels that show something else where looks of different places are compared
+    int least_spots = 12;      // in view: fewer say nothing
+};
+
+/// A spot in a picture.
+struct SeenSpot {
+    std::size_t spot = 0;   // of the look
+    std::size_t pixel = 0;  // of the evidence
+};
+
+/// The spots that face the camera and lie in its picture.
+void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen);
+
+struct LookScore {
+    double per_spot = 0;  // nats: log ratio of the look's probability to that of background and of things of any colour, mean over the spots
+    int spots = 0;
+};
+
+/// `clutter`: part of the pixels around that show something else. The evidence must have its colours.
+LookScore score_look(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, double clutter, const LookSettings& settings,
+                     std::vector<SeenSpot>& seen);
+
+/// Log odds that a thing whose agreement is `per_spot` (nats) is the robot and no clutter, both being as frequent. Source: two Student
+/// distributions of four degrees of freedom, since few moments taught their widths; better than usual counts as usual.
+double log_odds_of_look(const LearnedBody& body, double per_spot);
+
+/// By how much (log) what is seen of the spots is brighter than they look.
+double light_on(const Evidence& evidence, const BodyLook& look, const std::vector<SeenSpot>& seen);
+
+}  // namespace roomfix
