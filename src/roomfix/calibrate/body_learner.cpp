@@ -124,7 +124,7 @@ Pose2 Learner::most_alike(const Body& body, std::size_t moment, int turns) {
 
 /// Is it where it was at another moment? What never moves is no robot.
 bool Learner::stands_among(const std::vector<BodySight>& sights, const Pose2& pose) const {
-    constexpr double same_place = 0.1;  // of the body's radius
+    constexpr double same_place = 1;  // of the body's radius
     return std::any_of(sights.begin(), sights.end(),
                        [&](const BodySight& s) { return std::hypot(s.pose.x - pose.x, s.pose.y - pose.y) < same_place * rough_.radius; });
 }
@@ -137,6 +137,7 @@ Result<void> Learner::begin_by_look() {
         double total = 0;
         std::vector<BodySight> sights;
     } best;
+    constexpr double little = 0.01;  // what is found in as many moments: the larger and the more alike, the likelier
     const std::size_t each = std::max<std::size_t>(6, settings_.seeds / std::max<std::size_t>(1, moments_.size()));
     for (std::size_t m = 0; m < moments_.size(); ++m) {
         for (std::size_t k = 0; k < std::min(candidates_[m].size(), each); ++k) {
@@ -151,9 +152,10 @@ Result<void> Learner::begin_by_look() {
                 if (other == m) continue;
                 const BodySight where{other, most_alike(body, other, turns)};
                 // A thing that fills the body counts for more than one that fills a corner of it.
-                const double alike = look_alike(body, other, where.pose) * static_cast<double>(learned->look.spots.size());
+                const double filled = static_cast<double>(learned->look.spots.size()) / static_cast<double>(spots.size());
+                const double alike = filled * search_.score(moments_[other].cameras, body, where.pose);
                 if (alike <= 0 || stands_among(seed.sights, where.pose)) continue;
-                seed.total += std::min(alike / settings_.search.score.pixels_per_sample, settings_.enough);
+                seed.total += std::min(alike, settings_.enough) + little * alike;
                 seed.sights.push_back(where);
             }
             if (seed.total > best.total) best = std::move(seed);

@@ -63,13 +63,13 @@ double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, cons
     return sum;
 }
 
-std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step) {
     double sum = 0;
     int spots = 0;
     for (const SeenBy& camera : cameras) {
         if (!body.has_look() || !camera.evidence->with_colours) continue;
         const LookSettings& settings = settings_.score.look;
-        const LookScore seen = score_look(*camera.view, *camera.evidence, body.learned->look, pose, settings.usual_clutter, settings, memory_.spots);
+        const LookScore seen = score_look(*camera.view, *camera.evidence, body.learned->look, pose, settings.usual_clutter, settings, memory_.spots, step);
         if (seen.spots < settings.least_spots) continue;
         sum += seen.per_spot * seen.spots;
         spots += seen.spots;
@@ -156,9 +156,23 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
     return false;
 }
 
+/// Some spots of the look, in all turns.
+void BodySearch::try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) {
+    constexpr int turns = 16;
+    const std::size_t step = body.learned->look.spots.size() / settings_.coarse_spots + 1;
+    BodyCandidate best{{place.x(), place.y(), 0}, -1e9};
+    for (int turn = 0; turn < (body.round() ? 1 : turns); ++turn) {
+        const Pose2 pose{place.x(), place.y(), body.symmetry * turn / turns};
+        const double here = agreement(cameras, body, pose, step).value_or(-1e9);
+        if (here > best.score) best = {pose, here};
+    }
+    if (best.score > -1e9) by_look_.push_back(best);
+}
+
 /// All places at first, then the best of each neighbourhood.
 void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body) {
     candidates_.clear();
+    by_look_.clear();
     const Floor floor = floor_in_sight(cameras, body, settings_.farthest);
     if (floor.low.x() > floor.high.x()) return;
     const Eigen::Vector2d extent = floor.high - floor.low;
@@ -175,11 +189,17 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
                 if (here > best.score) best = {pose, here};
             }
             if (best.score > 1) candidates_.push_back(best);
+            if (body.has_look()) try_looks(cameras, body, {x, y});
         }
     }
-    std::sort(candidates_.begin(), candidates_.end(), better);
-    keep_apart(candidates_, static_cast<std::size_t>(body.has_look() ? settings_.most_by_look : settings_.most_climbs),
-               [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < (body.has_look() ? 0.6 : 1.2) * body.radius; });
+    const auto near = [&](const BodyCandidate& a, const BodyCandidate& b) {
+        return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < (body.has_look() ? 0.6 : 1.2) * body.radius;
+    };
+    const auto most = static_cast<std::size_t>(body.has_look() ? settings_.most_by_look : settings_.most_climbs);
+    for (auto* places : {&candidates_, &by_look_}) {
+        std::sort(places->begin(), places->end(), better);
+        keep_apart(*places, most, near);
+    }
 }
 
 /// Places found by how much differs, turned as the look agrees best; the best of them are moved to where it agrees.
@@ -193,6 +213,10 @@ void BodySearch::compare_looks(std::span<const SeenBy> cameras, const Body& body
             if (here > best.score) best = {pose, here};
         }
         candidate = best;
+    }
+    for (BodyCandidate& candidate : by_look_) {
+        candidate.score = score(cameras, body, candidate.pose);
+        candidates_.push_back(candidate);
     }
     std::sort(candidates_.begin(), candidates_.end(), better);
     candidates_.resize(std::min(candidates_.size(), static_cast<std::size_t>(settings_.most_climbs)));

@@ -23,7 +23,9 @@ struct BodySearchSettings {
     double farthest = 8;           // times the camera's height: nobody locates robots beyond
     double least_other = 0.06;     // part of the body's box that must show something else for a closer look
     int most_climbs = 12;          // places that are refined
-    int most_by_look = 48;         // places at which the look is compared, where it is known
+    int most_by_look = 24;         // places at which the whole look is compared, where it is known: as many by how much differs, as by
+                                   // some spots of the look
+    std::size_t coarse_spots = 80; // of the look, compared all over the floor
     int spread_samples = 96;       // drawn to measure how far the place is uncertain
     int spread_rounds = 4;
     double most_information = 40;  // nats: a body that is not exactly as described tells places apart no better than that
@@ -64,7 +66,8 @@ public:
     /// Score of one pose in all cameras together, nats.
     double score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse = false);
     /// How well the body's look agrees with what the cameras see at a pose, nats per spot; nothing where it is not known, or hardly in view.
-    std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
+    /// Every `step`-th spot is compared.
+    std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step = 1);
     /// The best pose near one, in steps from `step` (m) down.
     BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
 
@@ -74,6 +77,7 @@ private:
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     };
     void search_floor(std::span<const SeenBy> cameras, const Body& body);
+    void try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place);
     bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
     double trust_in(double score) const;
@@ -84,6 +88,7 @@ private:
     BodySearchSettings settings_;
     PlaceMemory memory_;
     std::vector<BodyCandidate> candidates_;
+    std::vector<BodyCandidate> by_look_;
 };
 
 }  // namespace roomfix

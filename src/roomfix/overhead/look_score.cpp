@@ -18,7 +18,8 @@ double channel_of(const float* colour, int channels, int wanted, int k) {
 
 }  // namespace
 
-void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen) {
+void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen,
+               std::size_t step) {
     seen.clear();
     const Eigen::Matrix3d map_from_robot = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::Vector3d origin(pose.x, pose.y, 0);
@@ -27,7 +28,7 @@ void see_spots(const View& view, const Evidence& evidence, const BodyLook& look,
     const Eigen::Vector3d origin_in_camera = camera_from_map * (origin - view.position());
     const Eigen::Vector3d eye = map_from_robot.transpose() * (view.position() - origin);
     const double shrink = 1.0 / evidence.scale;
-    for (std::size_t i = 0; i < look.spots.size(); ++i) {
+    for (std::size_t i = 0; i < look.spots.size(); i += step) {
         const Eigen::Vector3d place = look.spots[i].place.cast<double>();
         const Eigen::Vector3d to_eye = eye - place;
         const double across = to_eye.dot(look.spots[i].outwards.cast<double>());
@@ -64,9 +65,9 @@ double light_on(const Evidence& evidence, const BodyLook& look, const std::vecto
 }
 
 LookScore score_look(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, double clutter, const LookSettings& settings,
-                     std::vector<SeenSpot>& seen) {
+                     std::vector<SeenSpot>& seen, std::size_t step) {
     LookScore score;
-    see_spots(view, evidence, look, pose, settings, seen);
+    see_spots(view, evidence, look, pose, settings, seen, step);
     score.spots = static_cast<int>(seen.size());
     if (score.spots < settings.least_spots) return score;
     const double light = std::clamp(light_on(evidence, look, seen), -2 * settings.light_sigma, 2 * settings.light_sigma);

@@ -23,8 +23,9 @@ struct SeenSpot {
     std::size_t pixel = 0;  // of the evidence
 };
 
-/// The spots that face the camera and lie in its picture.
-void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen);
+/// The spots that face the camera and lie in its picture; of every `step`-th.
+void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen,
+               std::size_t step = 1);
 
 struct LookScore {
     double per_spot = 0;  // nats: log ratio of the look's probability to that of background and of things of any colour, mean over the spots
@@ -33,7 +34,7 @@ struct LookScore {
 
 /// `clutter`: part of the pixels around that show something else. The evidence must have its colours.
 LookScore score_look(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, double clutter, const LookSettings& settings,
-                     std::vector<SeenSpot>& seen);
+                     std::vector<SeenSpot>& seen, std::size_t step = 1);
 
 /// Log odds that a thing whose agreement is `per_spot` (nats) is the robot and no clutter, both being as frequent. Source: two Student
 /// distributions of four degrees of freedom, since few moments taught their widths; better than usual counts as usual.
