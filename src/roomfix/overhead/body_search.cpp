@@ -255,6 +255,8 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
     spread = Eigen::Vector3d(std::pow(0.3 * body.radius, 2), std::pow(0.3 * body.radius, 2), turn_sigma * turn_sigma).asDiagonal();
     constexpr double wider = 1.5;  // than what was found: tails are looked at, too
     for (int round = 0; round < settings_.spread_rounds; ++round) {
+        // A sharp peak is come to in steps: few samples hit it otherwise.
+        const double believed = trust * std::min(1.0, settings_.most_information * std::pow(4.0, round) / std::max(trust * best.score, 1.0));
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
         const Eigen::Matrix3d lower = root.matrixL();
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -267,7 +269,7 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
             Eigen::Vector3d by = mean + lower * unit;
             if (body.round()) by.z() = 0;
             const double here = score(cameras, body, moved(best.pose, by));
-            const double weight = std::exp(std::clamp(trust * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
+            const double weight = std::exp(std::clamp(believed * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
             weights += weight;
             sum += weight * by;
             squares += weight * by * by.transpose();
@@ -288,7 +290,9 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     BodyPlace place;
     place.pose = best.pose;
     place.log_ratio = best.score;
-    const Spread exact = spread_around(cameras, body, best, 1);
+    // The middle of what explains the pictures; where a look's peak is too sharp for samples, its top.
+    Spread exact = spread_around(cameras, body, best, 1);
+    if (score(cameras, body, moved(best.pose, exact.mean)) < best.score - 2) exact = {};
     const Spread honest = spread_around(cameras, body, best, trust_in(best.score));
     place.pose = moved(best.pose, exact.mean);
     place.covariance = honest.covariance + (honest.mean - exact.mean) * (honest.mean - exact.mean).transpose();
