@@ -68,7 +68,7 @@ void Learner::find_candidates(const std::function<void(double)>& progress) {
 Result<void> Learner::begin_round_body() {
     for (std::size_t m = 0; m < moments_.size(); ++m) {
         if (candidates_[m].empty() || candidates_[m][0].score < settings_.search.odds_of_clutter) continue;
-        sights_.push_back({m, candidates_[m][0].pose});
+        sights_.push_back({m, search_.places(moments_[m].cameras, rough_, {candidates_[m][0]})[0].pose});
     }
     if (sights_.size() < settings_.least_sights) {
         return Error{fmt::format("only {} of {} moments show anything of the robot's size: record it at {} or more places, with a background without it (--background)",
@@ -214,7 +214,7 @@ void Learner::find_again() {
             const BodyCandidate climbed = search_.climb(cameras, body_, starts[i], 0.15 * body_.radius);
             if (climbed.score > best.score) best = climbed;
         }
-        if (best.score > settings_.search.odds_of_clutter) found.push_back({m, best.pose});
+        if (best.score > settings_.search.odds_of_clutter) found.push_back({m, search_.places(cameras, body_, {best})[0].pose});
     }
     sights_ = std::move(found);
 }

@@ -18,7 +18,7 @@ struct BodyLearnerSettings {
     int rounds = 5;                // of body and poses in turns
     std::size_t least_sights = 3;  // a thing seen less often is nobody's robot
     double least_way = 0.5;        // of the body's radius: how far apart its places must be, or it never moved
-    double most_misfit = 0.35;     // part by which its size may differ from what the site file says, beyond 3 size_sigma
+    double most_misfit = 0.60;     // part by which its size may differ from what the site file says, beyond 3 size_sigma
     std::size_t seeds = 120;       // single sights whose look is tried on all others
     double enough = 30;            // nats by which a look found again in a moment is found for sure: more say no more
     int candidates = 40;           // places of each moment that are looked at

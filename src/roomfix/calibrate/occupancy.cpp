@@ -66,17 +66,15 @@ Occupancy::Occupancy(const std::vector<BodyMoment>& moments, const std::vector<B
     across_ = static_cast<int>(std::ceil(2 * reach_ / cell_));
     reach_ = 0.5 * across_ * cell_;
     layer_ = rough.height / settings.cells_up;
-    up_ = static_cast<int>(std::ceil(rough.height * (1 + settings.margin) / layer_));
+    up_ = static_cast<int>(std::ceil(rough.height * (1 + settings.margin_up) / layer_));
     log_odds_.assign(static_cast<std::size_t>(across_ * across_ * up_), 0.0);
-    const double as_body = std::log(settings.filled / settings.passing);
-    const double as_nothing = std::log((1 - settings.filled) / (1 - settings.passing));
+    seen_.assign(log_odds_.size(), {});
     std::vector<Eigen::Vector2d> memory;
     for (int z = 0; z < up_; ++z) {
         for (int y = 0; y < across_; ++y) {
             for (int x = 0; x < across_; ++x) {
                 const Eigen::Vector3d p = middle(x, y, z);
-                double& odds = at(x, y, z);
-                if (!holds(rough, p, memory)) odds = settings.beyond;
+                before_.push_back(holds(rough, p, memory) ? 0 : settings.beyond);
                 for (const BodySight& sight : sights) {
                     const double c = std::cos(sight.pose.yaw);
                     const double s = std::sin(sight.pose.yaw);
@@ -89,30 +87,64 @@ Occupancy::Occupancy(const std::vector<BodyMoment>& moments, const std::vector<B
                         const double v = (pixel->y() + 0.5) / evidence.scale;
                         if (!(u >= 0 && v >= 0 && u < evidence.width && v < evidence.height)) continue;
                         const Evidence::Sums seen = evidence.run(static_cast<int>(v), static_cast<int>(u), static_cast<int>(u) + 1);
-                        odds += as_body * static_cast<double>(seen.other) + as_nothing * static_cast<double>(seen.plain);
+                        Evidence::Sums& sums = seen_[index(x, y, z)];
+                        sums.other += seen.other;
+                        sums.plain += seen.plain;
                     }
                 }
             }
         }
     }
     if (round) make_round();
+    for (int z = 0; z < up_; ++z) weigh_layer(z);
+}
+
+/// How much of the body differs from the background is not the same at all heights (a coat like the wall behind it), nor is what lies around
+/// it: both parts and the cells' odds are estimated in turns.
+void Occupancy::weigh_layer(int z) {
+    constexpr int rounds = 8;
+    constexpr double least_contrast = 0.15;  // between the two parts: with less, this height tells nothing
+    const std::size_t first = index(0, 0, z);
+    const std::size_t last = index(0, 0, z + 1);
+    double filled = settings_.filled;
+    double passing = settings_.passing;
+    for (int i = 0; i < rounds; ++i) {
+        const double as_body = std::log(filled / passing);
+        const double as_nothing = std::log((1 - filled) / (1 - passing));
+        Evidence::Sums inside{static_cast<float>(settings_.weight * settings_.filled), static_cast<float>(settings_.weight * (1 - settings_.filled))};
+        Evidence::Sums outside{static_cast<float>(settings_.weight * settings_.passing), static_cast<float>(settings_.weight * (1 - settings_.passing))};
+        for (std::size_t c = first; c < last; ++c) {
+            log_odds_[c] = before_[c] + as_body * static_cast<double>(seen_[c].other) + as_nothing * static_cast<double>(seen_[c].plain);
+            // In the first round the rough body says what is inside.
+            Evidence::Sums& sums = (i == 0 ? before_[c] == 0 : log_odds_[c] > 0) ? inside : outside;
+            sums.other += seen_[c].other;
+            sums.plain += seen_[c].plain;
+        }
+        passing = std::clamp(static_cast<double>(outside.other / (outside.other + outside.plain)), 0.02, 0.8);
+        filled = std::clamp(static_cast<double>(inside.other / (inside.other + inside.plain)), passing + least_contrast, 0.97);
+    }
 }
 
 /// Each ring gets its mean.
 void Occupancy::make_round() {
     const int rings = across_;
     for (int z = 0; z < up_; ++z) {
-        std::vector<double> sums(static_cast<std::size_t>(rings), 0.0);
-        std::vector<int> counts(static_cast<std::size_t>(rings), 0);
+        std::vector<Evidence::Sums> sums(static_cast<std::size_t>(rings));
+        std::vector<float> counts(static_cast<std::size_t>(rings), 0.0f);
         const auto ring = [&](int x, int y) { return std::min(rings - 1, static_cast<int>(middle(x, y, z).head<2>().norm() / cell_)); };
         for (int y = 0; y < across_; ++y) {
             for (int x = 0; x < across_; ++x) {
-                sums[static_cast<std::size_t>(ring(x, y))] += at(x, y, z);
+                Evidence::Sums& sum = sums[static_cast<std::size_t>(ring(x, y))];
+                sum.other += seen_[index(x, y, z)].other;
+                sum.plain += seen_[index(x, y, z)].plain;
                 ++counts[static_cast<std::size_t>(ring(x, y))];
             }
         }
         for (int y = 0; y < across_; ++y) {
-            for (int x = 0; x < across_; ++x) at(x, y, z) = sums[static_cast<std::size_t>(ring(x, y))] / counts[static_cast<std::size_t>(ring(x, y))];
+            for (int x = 0; x < across_; ++x) {
+                const auto r = static_cast<std::size_t>(ring(x, y));
+                seen_[index(x, y, z)] = {sums[r].other / counts[r], sums[r].plain / counts[r]};
+            }
         }
     }
 }
@@ -154,7 +186,7 @@ std::vector<Eigen::Vector2d> Occupancy::layer_hull(int z) const {
 std::vector<ConvexPart> Occupancy::parts() const {
     struct Piece {
         std::vector<Eigen::Vector2d> hull;
-        double area = 0;
+        double volume = 0;      // of the layers' own hulls, in cells' heights
         int low = 0, high = 0;  // layers, high exclusive
     };
     std::vector<Piece> pieces;
@@ -165,21 +197,18 @@ std::vector<ConvexPart> Occupancy::parts() const {
         if (area < 2 * cell_ * cell_) continue;
         pieces.push_back({std::move(hull), area, z, z + 1});
     }
-    // The two neighbours that are most alike are joined, until none are alike enough and there are few enough.
+    // The two neighbours whose common hull is least larger than their own are joined, until all are much larger and there are few enough.
     const auto joined = [](const Piece& a, const Piece& b) {
         std::vector<Eigen::Vector2d> all = a.hull;
         all.insert(all.end(), b.hull.begin(), b.hull.end());
-        Piece piece{simplified(hull_of(all)), 0, a.low, b.high};
-        piece.area = polygon_area(piece.hull);
-        return piece;
+        return Piece{simplified(hull_of(all)), a.volume + b.volume, a.low, b.high};
     };
     while (pieces.size() > 1) {
         double least = 1e9;
         std::size_t which = 0;
         for (std::size_t i = 0; i + 1 < pieces.size(); ++i) {
-            const double mean = (pieces[i].area * (pieces[i].high - pieces[i].low) + pieces[i + 1].area * (pieces[i + 1].high - pieces[i + 1].low)) /
-                                (pieces[i + 1].high - pieces[i].low);
-            const double growth = joined(pieces[i], pieces[i + 1]).area / mean;
+            const Piece both = joined(pieces[i], pieces[i + 1]);
+            const double growth = polygon_area(both.hull) * (both.high - both.low) / both.volume;
             if (growth < least) {
                 least = growth;
                 which = i;

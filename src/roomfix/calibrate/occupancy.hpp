@@ -10,9 +10,11 @@ namespace roomfix {
 struct OccupancySettings {
     int cells_across = 24;        // over the rough body's diameter
     int cells_up = 24;            // over its height
-    double margin = 0.15;         // of its size, around it: as much larger may the real one be
-    double filled = 0.85;         // probability that a pixel of the body differs from the background
-    double passing = 0.50;        // that one beside it does, since the rest of the body is near
+    double margin = 0.5;          // of its width, around it: as much larger may the real one be ...
+    double margin_up = 0.15;      // ... and of its height
+    double filled = 0.75;         // probability that a pixel of the body differs from the background ...
+    double passing = 0.35;        // ... and that one beside it does, since the rest of the body is near; both are learned at each height,
+    double weight = 20;           // these counting as so many sights of a cell
     double beyond = -1.0;         // log odds beyond the rough body, before anything was seen
     double least_growth = 1.15;   // layers whose hulls differ by less are one part
     std::size_t most_parts = 12;
@@ -41,10 +43,11 @@ public:
     double size_sigma() const;
 
 private:
-    double& at(int x, int y, int z) { return log_odds_[static_cast<std::size_t>((z * across_ + y) * across_ + x)]; }
-    double at(int x, int y, int z) const { return log_odds_[static_cast<std::size_t>((z * across_ + y) * across_ + x)]; }
+    std::size_t index(int x, int y, int z) const { return static_cast<std::size_t>((z * across_ + y) * across_ + x); }
+    double at(int x, int y, int z) const { return log_odds_[index(x, y, z)]; }
     Eigen::Vector3d middle(int x, int y, int z) const { return {(x + 0.5) * cell_ - reach_, (y + 0.5) * cell_ - reach_, (z + 0.5) * layer_}; }
     void make_round();
+    void weigh_layer(int z);
     std::vector<Eigen::Vector2d> layer_hull(int z) const;
 
     OccupancySettings settings_;
@@ -54,7 +57,9 @@ private:
     double cell_ = 0;   // m
     double layer_ = 0;  // m
     bool round_ = false;
-    std::vector<double> log_odds_;
+    std::vector<Evidence::Sums> seen_;  // of each cell, in all sights
+    std::vector<double> before_;        // log odds of each cell, as known before
+    std::vector<double> log_odds_;      // and as learned
 };
 
 }  // namespace roomfix

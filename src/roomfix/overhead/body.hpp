@@ -23,6 +23,8 @@ struct Body {
     std::shared_ptr<const LearnedBody> learned;  // its look; null: nobody knows
 
     bool has_look() const { return learned && !learned->look.spots.empty(); }
+    /// A body that looks the same from all sides has colours by height only: they tell it from other things, but not where it stands.
+    bool placed_by_look() const { return has_look() && !round(); }
 
     bool round() const { return symmetry == 0; }
 };

@@ -80,7 +80,7 @@ std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, con
 std::vector<BodyCandidate> BodySearch::candidates(std::span<const SeenBy> cameras, const Body& body) {
     search_floor(cameras, body);
     for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius, true);
-    if (body.has_look()) compare_looks(cameras, body);
+    if (body.placed_by_look()) compare_looks(cameras, body);
     std::erase_if(candidates_, [](const BodyCandidate& c) { return c.score <= 1; });
     std::sort(candidates_.begin(), candidates_.end(), better);
     keep_apart(candidates_, static_cast<std::size_t>(settings_.most_climbs), [&](const BodyCandidate& a, const BodyCandidate& b) {
@@ -189,13 +189,13 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
                 if (here > best.score) best = {pose, here};
             }
             if (best.score > 1) candidates_.push_back(best);
-            if (body.has_look()) try_looks(cameras, body, {x, y});
+            if (body.placed_by_look()) try_looks(cameras, body, {x, y});
         }
     }
     const auto near = [&](const BodyCandidate& a, const BodyCandidate& b) {
-        return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < (body.has_look() ? 0.6 : 1.2) * body.radius;
+        return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < (body.placed_by_look() ? 0.6 : 1.2) * body.radius;
     };
-    const auto most = static_cast<std::size_t>(body.has_look() ? settings_.most_by_look : settings_.most_climbs);
+    const auto most = static_cast<std::size_t>(body.placed_by_look() ? settings_.most_by_look : settings_.most_climbs);
     for (auto* places : {&candidates_, &by_look_}) {
         std::sort(places->begin(), places->end(), better);
         keep_apart(*places, most, near);
@@ -255,8 +255,6 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
     spread = Eigen::Vector3d(std::pow(0.3 * body.radius, 2), std::pow(0.3 * body.radius, 2), turn_sigma * turn_sigma).asDiagonal();
     constexpr double wider = 1.5;  // than what was found: tails are looked at, too
     for (int round = 0; round < settings_.spread_rounds; ++round) {
-        // A sharp peak is come to in steps: few samples hit it otherwise.
-        const double believed = trust * std::min(1.0, settings_.most_information * std::pow(4.0, round) / std::max(trust * best.score, 1.0));
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
         const Eigen::Matrix3d lower = root.matrixL();
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -269,7 +267,7 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
             Eigen::Vector3d by = mean + lower * unit;
             if (body.round()) by.z() = 0;
             const double here = score(cameras, body, moved(best.pose, by));
-            const double weight = std::exp(std::clamp(believed * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
+            const double weight = std::exp(std::clamp(trust * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
             weights += weight;
             sum += weight * by;
             squares += weight * by * by.transpose();
@@ -290,9 +288,8 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     BodyPlace place;
     place.pose = best.pose;
     place.log_ratio = best.score;
-    // The middle of what explains the pictures; where a look's peak is too sharp for samples, its top.
-    Spread exact = spread_around(cameras, body, best, 1);
-    if (score(cameras, body, moved(best.pose, exact.mean)) < best.score - 2) exact = {};
+    // The middle of what explains the pictures; a look's peak is too sharp for samples: its top.
+    const Spread exact = body.placed_by_look() ? Spread() : spread_around(cameras, body, best, 1);
     const Spread honest = spread_around(cameras, body, best, trust_in(best.score));
     place.pose = moved(best.pose, exact.mean);
     place.covariance = honest.covariance + (honest.mean - exact.mean) * (honest.mean - exact.mean).transpose();
@@ -356,7 +353,8 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
     const auto look = agreement(cameras, body, place.pose);
-    const double odds = look ? std::min(log_odds_of_look(*body.learned, *look), place.log_ratio) : place.log_ratio - settings_.odds_of_clutter;
+    double odds = place.log_ratio - settings_.odds_of_clutter;
+    if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;
 }

@@ -80,7 +80,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     const double body_here = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
     const double nothing_here = all.k * std::log(clutter) + (all.n - all.k) * std::log(1 - clutter);
     double ratio = body_here - nothing_here;
-    if (!coarse && body.has_look() && evidence.with_colours) {
+    if (!coarse && body.placed_by_look() && evidence.with_colours) {
         const LookScore look = score_look(view, evidence, body.learned->look, pose, settings.look.usual_clutter, settings.look, memory.spots);
         if (look.spots >= settings.look.least_spots) ratio = look.per_spot * mask.area / settings.pixels_per_sample;
     }
