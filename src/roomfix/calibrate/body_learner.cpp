@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/calibrate/body_axes.hpp"
+#include "roomfix/overhead/keep_apart.hpp"
 #include "roomfix/site/body_parts.hpp"
 
 namespace roomfix {
@@ -26,14 +28,34 @@ public:
 
 private:
     void find_candidates(const std::function<void(double)>& progress);
-    Result<void> begin_round_body();
-    Result<void> begin_by_look();
+    /// A guess at where the robot is, and how much it explains (nats).
+    struct Try {
+        std::vector<BodySight> sights;
+        double worth = 0;
+    };
+    /// All that is learned from a guess.
+    struct Lesson {
+        Body body;
+        std::vector<BodySight> sights;
+        double size_sigma = 0.01;
+        double worth = 0;
+    };
+    Result<Try> begin_round_body();
+    std::vector<Try> begin_by_look();
+    double worth_of(double alike) const;
+    Result<Lesson> learn_from(const Try& first);
     double look_alike(const Body& body, std::size_t moment, const Pose2& pose);
-    Pose2 most_alike(const Body& body, std::size_t moment, int turns);
+    /// The best place of a moment, with the scores (nats) there and at the best other place.
+    struct Found {
+        Pose2 pose;
+        double here = 0, elsewhere = 0;
+    };
+    Found most_alike(const Body& body, std::size_t moment, int turns);
     bool stands_among(const std::vector<BodySight>& sights, const Pose2& pose) const;
     void learn_look();
+    Body taught_by_others(std::size_t moment) const;
     void learn_shape();
-    void find_again();
+    void find_again(bool everywhere);
     void put_straight();
     Agreement agreement_of(const std::vector<double>& values, const Agreement& before) const;
     void learn_agreement(LearnedBody& body);
@@ -65,16 +87,17 @@ void Learner::find_candidates(const std::function<void(double)>& progress) {
 }
 
 /// A round body has no direction, and its best places are taken as they are.
-Result<void> Learner::begin_round_body() {
+Result<Learner::Try> Learner::begin_round_body() {
+    Try all;
     for (std::size_t m = 0; m < moments_.size(); ++m) {
         if (candidates_[m].empty() || candidates_[m][0].score < settings_.search.odds_of_clutter) continue;
-        sights_.push_back({m, search_.places(moments_[m].cameras, rough_, {candidates_[m][0]})[0].pose});
+        all.sights.push_back({m, search_.places(moments_[m].cameras, rough_, {candidates_[m][0]})[0].pose});
     }
-    if (sights_.size() < settings_.least_sights) {
+    if (all.sights.size() < settings_.least_sights) {
         return Error{fmt::format("only {} of {} moments show anything of the robot's size: record it at {} or more places, with a background without it (--background)",
-                                 sights_.size(), moments_.size(), settings_.least_sights)};
+                                 all.sights.size(), moments_.size(), settings_.least_sights)};
     }
-    return {};
+    return all;
 }
 
 /// How well a look explains a moment, nats per spot, mean over the cameras that see enough of it.
@@ -91,7 +114,7 @@ double Learner::look_alike(const Body& body, std::size_t moment, const Pose2& po
 }
 
 /// Where a moment's picture agrees best with a look, near one of the places that something of the robot's size may be at.
-Pose2 Learner::most_alike(const Body& body, std::size_t moment, int turns) {
+Learner::Found Learner::most_alike(const Body& body, std::size_t moment, int turns) {
     constexpr std::size_t tried = 3;
     std::vector<BodyCandidate> starts;
     for (const BodyCandidate& candidate : candidates_[moment]) {
@@ -100,9 +123,10 @@ Pose2 Learner::most_alike(const Body& body, std::size_t moment, int turns) {
             starts.push_back({pose, look_alike(body, moment, pose)});
         }
     }
+    if (starts.empty()) return {};
     const auto better = [](const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; };
     std::sort(starts.begin(), starts.end(), better);
-    starts.resize(std::min(starts.size(), tried));
+    keep_apart(starts, tried, [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * rough_.radius; });
     for (BodyCandidate& start : starts) {
         for (double step = 0.25 * body.radius; step > 0.02 * body.radius; step /= 2) {
             for (bool improved = true; improved;) {
@@ -119,7 +143,13 @@ Pose2 Learner::most_alike(const Body& body, std::size_t moment, int turns) {
             }
         }
     }
-    return starts.empty() ? Pose2() : std::max_element(starts.begin(), starts.end(), [&](const auto& a, const auto& b) { return better(b, a); })->pose;
+    std::sort(starts.begin(), starts.end(), better);
+    Found found{starts[0].pose, search_.score(moments_[moment].cameras, body, starts[0].pose), 0};
+    for (const BodyCandidate& start : starts) {
+        if (std::hypot(start.pose.x - found.pose.x, start.pose.y - found.pose.y) < 1.2 * rough_.radius) continue;
+        found.elsewhere = std::max(found.elsewhere, search_.score(moments_[moment].cameras, body, start.pose));
+    }
+    return found;
 }
 
 /// Is it where it was at another moment? What never moves is no robot.
@@ -129,45 +159,52 @@ bool Learner::stands_among(const std::vector<BodySight>& sights, const Pose2& po
                        [&](const BodySight& s) { return std::hypot(s.pose.x - pose.x, s.pose.y - pose.y) < same_place * rough_.radius; });
 }
 
-/// One sight after the other is taken for the robot; the one whose look is found again in most other moments is believed.
-Result<void> Learner::begin_by_look() {
+/// One sight after the other is taken for the robot; those whose look is found again in most other moments are tried in full.
+std::vector<Learner::Try> Learner::begin_by_look() {
     const int turns = turns_of(rough_);
     const std::vector<LookSpot> spots = spots_on(rough_.parts, settings_.spots.spots / 2);
-    struct Seed {
-        double total = 0;
-        std::vector<BodySight> sights;
-    } best;
-    constexpr double little = 0.01;  // what is found in as many moments: the larger and the more alike, the likelier
+    std::vector<Try> tries;
     const std::size_t each = std::max<std::size_t>(6, settings_.seeds / std::max<std::size_t>(1, moments_.size()));
     for (std::size_t m = 0; m < moments_.size(); ++m) {
         for (std::size_t k = 0; k < std::min(candidates_[m].size(), each); ++k) {
-            Seed seed;
+            Try seed;
             seed.sights.push_back({m, candidates_[m][k].pose});
             Body body = rough_;
             auto learned = std::make_shared<LearnedBody>();
             learned->look = look_from(moments_, seed.sights, spots, false, settings_.spots);
             if (learned->look.spots.size() < spots.size() / 8) continue;
             body.learned = learned;
+            const double filled = static_cast<double>(learned->look.spots.size()) / static_cast<double>(spots.size());
             for (std::size_t other = 0; other < moments_.size(); ++other) {
                 if (other == m) continue;
-                const BodySight where{other, most_alike(body, other, turns)};
-                // A thing that fills the body counts for more than one that fills a corner of it.
-                const double filled = static_cast<double>(learned->look.spots.size()) / static_cast<double>(spots.size());
-                const double alike = filled * search_.score(moments_[other].cameras, body, where.pose);
-                if (alike <= 0 || stands_among(seed.sights, where.pose)) continue;
-                seed.total += std::min(alike, settings_.enough) + little * alike;
-                seed.sights.push_back(where);
+                // There is one robot: what is seen at several places of one moment is none.
+                const Found found = most_alike(body, other, turns);
+                const double alike = filled * (found.here - found.elsewhere);
+                if (alike <= 0 || stands_among(seed.sights, found.pose)) continue;
+                seed.worth += worth_of(alike);
+                seed.sights.push_back({other, found.pose});
             }
-            if (seed.total > best.total) best = std::move(seed);
+            if (seed.sights.size() >= settings_.least_sights) tries.push_back(std::move(seed));
         }
     }
-    if (best.sights.size() < settings_.least_sights) {
-        return Error{fmt::format("no thing of the robot's size is seen in {} or more of the {} moments and looks alike in them: record it at more places, with a "
-                                 "background without it (--background), and check its shape and size in the site file",
-                                 settings_.least_sights, moments_.size())};
-    }
-    sights_ = std::move(best.sights);
-    return {};
+    std::sort(tries.begin(), tries.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
+    // Others that found the same are no further try.
+    keep_apart(tries, settings_.tries, [&](const Try& a, const Try& b) {
+        std::size_t same = 0;
+        for (const BodySight& s : a.sights) {
+            same += std::any_of(b.sights.begin(), b.sights.end(), [&](const BodySight& other) {
+                return other.moment == s.moment && std::hypot(other.pose.x - s.pose.x, other.pose.y - s.pose.y) < rough_.radius;
+            });
+        }
+        return 2 * same > std::min(a.sights.size(), b.sights.size());
+    });
+    return tries;
+}
+
+/// What a sight that explains a picture by so many nats counts for: being found at all, and the larger and the more alike, the likelier.
+double Learner::worth_of(double alike) const {
+    constexpr double little = 0.01;
+    return std::min(alike, settings_.enough) + little * alike;
 }
 
 void Learner::learn_shape() {
@@ -192,61 +229,70 @@ void Learner::learn_look() {
     body_.symmetry = rough_.round() ? 0 : 2 * std::numbers::pi;
 }
 
+/// The body with the look that all moments but one teach: what that one shows can be compared with it without being compared with itself.
+Body Learner::taught_by_others(std::size_t moment) const {
+    Body body = body_;
+    std::vector<BodySight> others;
+    std::copy_if(sights_.begin(), sights_.end(), std::back_inserter(others), [&](const BodySight& s) { return s.moment != moment; });
+    auto learned = std::make_shared<LearnedBody>();
+    learned->look = look_from(moments_, others, spots_on(body_.parts, settings_.spots.spots), rough_.round(), settings_.spots);
+    body.learned = std::move(learned);
+    return body;
+}
+
 /// Looks for the body as it is known by now near its last pose and at all other places of each moment.
-void Learner::find_again() {
+void Learner::find_again(bool everywhere) {
+    constexpr double odd = 0.4;  // of the usual agreement: with less it is something else
     const int turns = turns_of(rough_);
-    std::vector<BodySight> found;
+    struct Again {
+        BodySight sight;
+        double agreement = 0;
+    };
+    std::vector<Again> found;
     for (std::size_t m = 0; m < moments_.size(); ++m) {
         const auto& cameras = moments_[m].cameras;
+        const Body body = taught_by_others(m);
         std::vector<BodyCandidate> starts;
         for (const BodySight& sight : sights_) {
-            if (sight.moment == m) starts.push_back({sight.pose, search_.score(cameras, body_, sight.pose)});
+            if (sight.moment == m) starts.push_back({sight.pose, search_.score(cameras, body, sight.pose)});
         }
-        for (const BodyCandidate& candidate : candidates_[m]) {
-            for (int turn = 0; turn < turns; ++turn) {
-                const Pose2 pose = turned(candidate.pose, turn, turns);
-                starts.push_back({pose, search_.score(cameras, body_, pose)});
+        if (everywhere) {
+            for (const BodyCandidate& candidate : search_.candidates(cameras, body)) starts.push_back(candidate);
+        } else {
+            for (const BodyCandidate& candidate : candidates_[m]) {
+                for (int turn = 0; turn < turns; ++turn) {
+                    const Pose2 pose = turned(candidate.pose, turn, turns);
+                    starts.push_back({pose, search_.score(cameras, body, pose)});
+                }
             }
         }
         std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
         BodyCandidate best;
         for (std::size_t i = 0; i < std::min<std::size_t>(starts.size(), 3); ++i) {
-            const BodyCandidate climbed = search_.climb(cameras, body_, starts[i], 0.15 * body_.radius);
+            const BodyCandidate climbed = search_.climb(cameras, body, starts[i], 0.15 * body.radius);
             if (climbed.score > best.score) best = climbed;
         }
-        if (best.score > settings_.search.odds_of_clutter) found.push_back({m, search_.places(cameras, body_, {best})[0].pose});
+        if (best.score <= settings_.search.odds_of_clutter) continue;
+        const Pose2 pose = search_.places(cameras, body, {best})[0].pose;
+        found.push_back({{m, pose}, search_.agreement(cameras, body, pose).value_or(0)});
     }
-    sights_ = std::move(found);
-}
-
-/// By how much to turn a body (rad, up to an eighth of a turn) so that the box around it along the axes is smallest.
-double crookedness(const std::vector<ConvexPart>& parts) {
-    constexpr double pi = std::numbers::pi;
-    double smallest = 1e18;
-    double best = 0;
-    for (double angle = -pi / 4; angle < pi / 4; angle += pi / 360) {
-        const Eigen::Rotation2Dd turn(angle);
-        Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
-        for (const ConvexPart& part : parts) {
-            for (const Eigen::Vector3d& p : part.points) {
-                const Eigen::Vector2d q = turn * p.head<2>();
-                low = low.cwiseMin(q);
-                high = high.cwiseMax(q);
-            }
-        }
-        const double area = (high - low).prod() * (1 + 1e-3 * std::abs(angle));
-        if (area < smallest) {
-            smallest = area;
-            best = angle;
-        }
+    std::vector<double> agreements;
+    for (const Again& again : found) agreements.push_back(again.agreement);
+    std::sort(agreements.begin(), agreements.end());
+    const double usual = agreements.empty() ? 0 : agreements[agreements.size() / 2];
+    sights_.clear();
+    for (const Again& again : found) {
+        if (rough_.round() || again.agreement > odd * usual) sights_.push_back(again.sight);
     }
-    return best;
 }
 
 /// What is learned may lie beside the origin, and be turned, as long as the poses are: its middle becomes the origin, its sides lie along the
 /// axes.
 void Learner::put_straight() {
-    const Eigen::Rotation2Dd turn(rough_.round() ? 0 : crookedness(body_.parts));
+    constexpr double reach = 0.3;  // of the radius: so far beside the origin its middle may be
+    std::optional<GroundLine> mirror;
+    if (!rough_.round() && body_.has_look()) mirror = mirror_line(body_.learned->look, reach * rough_.radius);
+    const Eigen::Rotation2Dd turn(rough_.round() ? 0 : mirror ? -mirror->angle : crookedness(body_.parts));
     Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
     for (const ConvexPart& part : body_.parts) {
         for (const Eigen::Vector3d& p : part.points) {
@@ -255,7 +301,8 @@ void Learner::put_straight() {
             high = high.cwiseMax(q);
         }
     }
-    const Eigen::Vector2d middle = 0.5 * (low + high);
+    Eigen::Vector2d middle = 0.5 * (low + high);
+    if (mirror) middle.y() = mirror->offset;
     for (auto* parts : {&body_.parts, &body_.core}) {
         for (ConvexPart& part : *parts) {
             for (Eigen::Vector3d& p : part.points) p.head<2>() = turn * p.head<2>() - middle;
@@ -308,13 +355,12 @@ Agreement Learner::agreement_of(const std::vector<double>& values, const Agreeme
 
 /// How well the look agrees where the robot stands, and at best elsewhere in the same pictures: what a fix is judged by.
 void Learner::learn_agreement(LearnedBody& body) {
-    body_.learned = std::make_shared<LearnedBody>(body);
     std::vector<double> robot;
     std::vector<double> clutter;
     double mean = 0;
     for (const BodySight& sight : sights_) {
         const auto& cameras = moments_[sight.moment].cameras;
-        if (const auto here = search_.agreement(cameras, body_, sight.pose)) {
+        if (const auto here = search_.agreement(cameras, taught_by_others(sight.moment), sight.pose)) {
             robot.push_back(*here);
             mean += *here;
         }
@@ -332,30 +378,75 @@ void Learner::learn_agreement(LearnedBody& body) {
     body.as_clutter = agreement_of(clutter, {0.2 * mean, 0.15 * std::abs(mean) + 0.1});
 }
 
-Result<BodyLesson> Learner::learn(const std::function<void(double)>& progress) {
-    find_candidates(progress);
-    if (auto begun = rough_.round() ? begin_round_body() : begin_by_look(); !begun) return begun.error();
-    if (progress) progress(0.6);
+/// Body and poses in turns.
+Result<Learner::Lesson> Learner::learn_from(const Try& first) {
+    sights_ = first.sights;
+    body_ = rough_;
+    if (getenv("E_DBG")) { fprintf(stderr, "begin:"); for (auto& q : sights_) fprintf(stderr, " %zu(%.2f %.2f %.0f)", q.moment, q.pose.x, q.pose.y, q.pose.yaw * 57.3); fprintf(stderr, "\n"); }
     for (int i = 0; i < settings_.rounds; ++i) {
         if (i > 0) {
             learn_shape();
             put_straight();
         }
         learn_look();
-        find_again();
-        if (progress) progress(0.6 + 0.4 * (i + 1) / settings_.rounds);
+        find_again(i % 2 == 1);
+        if (getenv("E_DBG")) { const Box bx = box_around(body_.parts); fprintf(stderr, "  round %d box %.2f %.2f %.2f spots %zu:", i, bx.length, bx.width, bx.height, body_.learned->look.spots.size()); for (auto& q : sights_) fprintf(stderr, " %zu(%.2f %.2f %.0f; %.1f %.0f)", q.moment, q.pose.x, q.pose.y, q.pose.yaw * 57.3, look_alike(body_, q.moment, q.pose), search_.score(moments_[q.moment].cameras, body_, q.pose)); fprintf(stderr, "\n"); }
         if (sights_.size() < settings_.least_sights) break;
     }
     if (auto checked = check(); !checked) return checked.error();
     learn_shape();
     put_straight();
     learn_look();
+    Lesson lesson{body_, sights_, size_sigma_, 0};
+    LearnedBody agreed = *body_.learned;
+    learn_agreement(agreed);
+    lesson.body.learned = std::make_shared<LearnedBody>(agreed);
+    // The robot is in most moments, at one place in each, and at others in others: papers of one kind lie all over each picture, single ones are
+    // left where they are.
+    std::vector<BodySight> places;
+    for (const BodySight& sight : sights_) {
+        double surely = 1;
+        if (!rough_.round()) {
+            const auto agreement = search_.agreement(moments_[sight.moment].cameras, taught_by_others(sight.moment), sight.pose);
+            surely = 1 / (1 + std::exp(-log_odds_of_look(agreed, agreement.value_or(0))));
+        }
+        lesson.worth += 0.5 * surely;
+        if (stands_among(places, sight.pose)) continue;
+        places.push_back(sight);
+        lesson.worth += 0.5 * surely;
+    }
+    return lesson;
+}
+
+Result<BodyLesson> Learner::learn(const std::function<void(double)>& progress) {
+    find_candidates(progress);
+    std::vector<Try> tries;
+    if (rough_.round()) {
+        auto begun = begin_round_body();
+        if (!begun) return begun.error();
+        tries.push_back(std::move(*begun));
+    } else {
+        tries = begin_by_look();
+    }
+    std::string why = fmt::format("no thing of the robot's size is seen in {} or more of the {} moments and looks alike in them: record it at more places, with a "
+                                  "background without it (--background), and check its shape and size in the site file",
+                                  settings_.least_sights, moments_.size());
+    std::optional<Lesson> best;
+    for (std::size_t i = 0; i < tries.size(); ++i) {
+        auto learned = learn_from(tries[i]);
+        if (!learned && i == 0) why = learned.error().message;
+                if (getenv("E_DBG")) fprintf(stderr, "try %zu worth %.1f sights %zu: %s; %.2f\n", i, tries[i].worth, tries[i].sights.size(), learned ? "" : learned.error().message.c_str(), learned ? learned->worth : 0.0);
+        if (learned && (!best || learned->worth > best->worth)) best = std::move(*learned);
+        if (progress) progress(0.6 + 0.4 * static_cast<double>(i + 1) / static_cast<double>(tries.size()));
+    }
+    if (!best) return Error{why};
+    body_ = best->body;
+    sights_ = best->sights;
     BodyLesson lesson;
+    lesson.body = *body_.learned;
     lesson.body.parts = body_.parts;
-    lesson.body.size_sigma = size_sigma_;
+    lesson.body.size_sigma = best->size_sigma;
     lesson.body.symmetry = body_.symmetry;
-    lesson.body.look = body_.learned->look;
-    learn_agreement(lesson.body);
     lesson.sights = sights_;
     for (const BodySight& sight : sights_) lesson.per_spot += look_alike(body_, sight.moment, sight.pose) / static_cast<double>(sights_.size());
     for (std::size_t m = 0; m < moments_.size(); ++m) {

@@ -20,6 +20,7 @@ struct BodyLearnerSettings {
     double least_way = 0.5;        // of the body's radius: how far apart its places must be, or it never moved
     double most_misfit = 0.60;     // part by which its size may differ from what the site file says, beyond 3 size_sigma
     std::size_t seeds = 120;       // single sights whose look is tried on all others
+    std::size_t tries = 8;         // different guesses at what the robot is that are learned from in full
     double enough = 30;            // nats by which a look found again in a moment is found for sure: more say no more
     int candidates = 40;           // places of each moment that are looked at
 };
