@@ -51,6 +51,7 @@ private:
         double here = 0, elsewhere = 0;
     };
     Found most_alike(const Body& body, std::size_t moment, int turns);
+    bool stays(std::size_t moment, const Pose2& pose);
     bool stands_among(const std::vector<BodySight>& sights, const Pose2& pose) const;
     void learn_look();
     Body taught_by_others(std::size_t moment) const;
@@ -82,8 +83,46 @@ void Learner::find_candidates(const std::function<void(double)>& progress) {
     candidates_.clear();
     for (std::size_t m = 0; m < moments_.size(); ++m) {
         candidates_.push_back(search_.candidates(moments_[m].cameras, rough_));
+        std::erase_if(candidates_.back(), [&](const BodyCandidate& c) { return stays(m, c.pose); });
         if (progress) progress(0.5 * static_cast<double>(m + 1) / static_cast<double>(moments_.size()));
     }
+}
+
+/// Does what is seen at a place stay there at other moments, too? Then it is something that was put down after the background was taken.
+bool Learner::stays(std::size_t moment, const Pose2& pose) {
+    constexpr double alike = 0.12;  // log colour, mean of the channels
+    constexpr double part = 0.6;    // of what differs from the background there
+    constexpr double often = 0.34;  // of the other moments
+    std::size_t others = 0;
+    std::size_t same = 0;
+    for (std::size_t m = 0; m < moments_.size(); ++m) {
+        if (m == moment) continue;
+        double differs = 0;
+        double is_alike = 0;
+        for (const SeenBy& camera : moments_[moment].cameras) {
+            const auto other = std::find_if(moments_[m].cameras.begin(), moments_[m].cameras.end(), [&](const SeenBy& c) { return c.view == camera.view; });
+            if (other == moments_[m].cameras.end()) continue;
+            const Evidence& a = *camera.evidence;
+            const Evidence& b = *other->evidence;
+            cover(*camera.view, rough_.parts, pose, a.width, a.height, a.scale, 2, memory_.mask);
+            if (!memory_.mask.valid || a.channels != b.channels) continue;
+            const auto channels = static_cast<std::size_t>(a.channels);
+            for (const Span& span : memory_.mask.spans) {
+                for (int x = span.begin; x < span.end; ++x) {
+                    const auto pixel = static_cast<std::size_t>(span.y) * static_cast<std::size_t>(a.width) + static_cast<std::size_t>(x);
+                    const auto other_here = static_cast<double>(a.pixels[pixel].other);
+                    if (other_here < 0.5) continue;
+                    double off = 0;
+                    for (std::size_t k = 0; k < channels; ++k) off += std::abs(static_cast<double>(a.colours[pixel * channels + k] - b.colours[pixel * channels + k]));
+                    differs += 1;
+                    is_alike += off < alike * static_cast<double>(channels);
+                }
+            }
+        }
+        ++others;
+        same += differs > 0 && is_alike > part * differs;
+    }
+    return same > 1 && static_cast<double>(same) > often * static_cast<double>(others);
 }
 
 /// A round body has no direction, and its best places are taken as they are.
@@ -257,7 +296,9 @@ void Learner::find_again(bool everywhere) {
             if (sight.moment == m) starts.push_back({sight.pose, search_.score(cameras, body, sight.pose)});
         }
         if (everywhere) {
-            for (const BodyCandidate& candidate : search_.candidates(cameras, body)) starts.push_back(candidate);
+            for (const BodyCandidate& candidate : search_.candidates(cameras, body)) {
+                if (!stays(m, candidate.pose)) starts.push_back(candidate);
+            }
         } else {
             for (const BodyCandidate& candidate : candidates_[m]) {
                 for (int turn = 0; turn < turns; ++turn) {
@@ -366,7 +407,7 @@ void Learner::learn_agreement(LearnedBody& body) {
         }
         std::optional<double> best;
         for (const BodyCandidate& candidate : search_.candidates(cameras, body_)) {
-            if (std::hypot(candidate.pose.x - sight.pose.x, candidate.pose.y - sight.pose.y) < 1.2 * body_.radius) continue;
+            if (std::hypot(candidate.pose.x - sight.pose.x, candidate.pose.y - sight.pose.y) < 2 * body_.radius) continue;
             const auto elsewhere = search_.agreement(cameras, body_, candidate.pose);
             if (elsewhere && (!best || *elsewhere > *best)) best = elsewhere;
         }
