@@ -59,7 +59,8 @@ int calibrate_robot_command(RobotArguments arguments) {
         return give_up(Error{"pictures are of one camera: name it by --camera"});
     }
     const std::filesystem::path output = arguments.output.empty() ? (*robot)->id + learned_body_ending : arguments.output;
-    if (output.extension() != learned_body_ending) return give_up(Error{fmt::format("-o {}: a body file's name ends with {}", output.string(), learned_body_ending)});
+    if (output.extension() != learned_body_ending)
+        return give_up(Error{fmt::format("-o {}: a body file's name ends with {}", output.string(), learned_body_ending)});
 
     const auto session = RobotSession::collect(*site, arguments.options, stop_requested(), progress_bar("looking at the pictures"));
     if (!session) return give_up(session.error());
@@ -82,9 +83,11 @@ int calibrate_robot_command(RobotArguments arguments) {
                    body.symmetry == 0 ? "" : fmt::format(", yaw {:.1f} deg", degrees(wrap_angle(sight.pose.yaw - radians(arguments.turn)))));
     }
     if (!write_file(output, learned_body_text(body))) return bad_input;
-    const std::filesystem::path picture = arguments.picture.empty() ? std::filesystem::path(output).replace_extension(".png") : std::filesystem::path(arguments.picture);
+    const std::filesystem::path picture =
+        arguments.picture.empty() ? std::filesystem::path(output).replace_extension(".png") : std::filesystem::path(arguments.picture);
     if (auto saved = save_body_picture(picture, body); !saved) return give_up(saved.error());
-    say(fmt::format("written: {} and a picture of it, {}; put it into the site file: {}: {{model: {}}}", output.string(), picture.string(), (*robot)->id, output.filename().string()));
+    say(fmt::format("written: {} and a picture of it, {}; put it into the site file: {}: {{model: {}}}", output.string(), picture.string(), (*robot)->id,
+                    output.filename().string()));
     return done;
 }
 
@@ -97,8 +100,10 @@ void add_calibrate_robot(CLI::App& calibrate, int& exit_code) {
     robot->add_option("PICTURES", arguments->options.pictures, "of the camera, each a moment (default: what the cameras' sources have recorded)");
     robot->add_option("--robot", arguments->robot, "which robot (default: the only one)");
     add_repeatable(*robot, "--camera", arguments->options.cameras, "only this one is used (default: all fixed ones)");
-    add_repeatable(*robot, "--background", arguments->options.background, "pictures without the robot (default: as in the site file, or what is usual in the pictures themselves)");
-    robot->add_option("--turn", arguments->turn, "degrees by which to turn the learned body, so that its front points along x")->check(CLI::Range(-360.0, 360.0));
+    add_repeatable(*robot, "--background", arguments->options.background,
+                   "pictures without the robot (default: as in the site file, or what is usual in the pictures themselves)");
+    robot->add_option("--turn", arguments->turn, "degrees by which to turn the learned body, so that its front points along x")
+        ->check(CLI::Range(-360.0, 360.0));
     robot->add_option("-o,--output", arguments->output, "body file (default: ROBOT.body); a picture of it is written beside it");
     robot->add_option("--picture", arguments->picture, "where to write the picture of the body");
     robot->footer(

@@ -23,8 +23,8 @@ double unlikeness(const BodyLook& look, const std::vector<const LookSpot*>& spot
         const LookSpot* nearest = nullptr;
         double least = near * near;
         for (const LookSpot* other : spots) {
-            const double distance = (other->place.head<2>().cast<double>() - image).squaredNorm() +
-                                    std::pow(static_cast<double>(other->place.z() - spot->place.z()), 2);
+            const double distance =
+                (other->place.head<2>().cast<double>() - image).squaredNorm() + std::pow(static_cast<double>(other->place.z() - spot->place.z()), 2);
             if (distance >= least || std::abs(other->outwards.z() - spot->outwards.z()) > 0.5f) continue;
             least = distance;
             nearest = other;
@@ -67,7 +67,7 @@ double crookedness(const std::vector<ConvexPart>& parts) {
 std::optional<GroundLine> mirror_line(const BodyLook& look, double reach) {
     constexpr std::size_t enough = 250;  // spots
     constexpr std::size_t least = 40;
-    constexpr double clearly = 0.7;      // of the usual unlikeness
+    constexpr double clearly = 0.7;  // of the usual unlikeness
     if (look.spots.size() < least) return std::nullopt;
     std::vector<const LookSpot*> spots;
     const std::size_t step = look.spots.size() / enough + 1;

@@ -113,7 +113,8 @@ bool Learner::stays(std::size_t moment, const Pose2& pose) {
                     const auto other_here = static_cast<double>(a.pixels[pixel].other);
                     if (other_here < 0.5) continue;
                     double off = 0;
-                    for (std::size_t k = 0; k < channels; ++k) off += std::abs(static_cast<double>(a.colours[pixel * channels + k] - b.colours[pixel * channels + k]));
+                    for (std::size_t k = 0; k < channels; ++k)
+                        off += std::abs(static_cast<double>(a.colours[pixel * channels + k] - b.colours[pixel * channels + k]));
                     differs += 1;
                     is_alike += off < alike * static_cast<double>(channels);
                 }
@@ -133,8 +134,9 @@ Result<Learner::Try> Learner::begin_round_body() {
         all.sights.push_back({m, search_.places(moments_[m].cameras, rough_, {candidates_[m][0]})[0].pose});
     }
     if (all.sights.size() < settings_.least_sights) {
-        return Error{fmt::format("only {} of {} moments show anything of the robot's size: record it at {} or more places, with a background without it (--background)",
-                                 all.sights.size(), moments_.size(), settings_.least_sights)};
+        return Error{
+            fmt::format("only {} of {} moments show anything of the robot's size: record it at {} or more places, with a background without it (--background)",
+                        all.sights.size(), moments_.size(), settings_.least_sights)};
     }
     return all;
 }
@@ -145,7 +147,7 @@ double Learner::look_alike(const Body& body, std::size_t moment, const Pose2& po
     int cameras = 0;
     for (const SeenBy& camera : moments_[moment].cameras) {
         const LookScore score = score_look(*camera.view, *camera.evidence, body.learned->look, pose, 0.2, settings_.spots.look, memory_.spots);
-        if (score.spots < settings_.spots.look.least_spots) continue;
+        if (score.seen < settings_.spots.look.least_spots) continue;
         sum += score.per_spot;
         ++cameras;
     }
@@ -165,7 +167,8 @@ Learner::Found Learner::most_alike(const Body& body, std::size_t moment, int tur
     if (starts.empty()) return {};
     const auto better = [](const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; };
     std::sort(starts.begin(), starts.end(), better);
-    keep_apart(starts, tried, [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * rough_.radius; });
+    keep_apart(starts, tried,
+               [&](const BodyCandidate& a, const BodyCandidate& b) { return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * rough_.radius; });
     for (BodyCandidate& start : starts) {
         for (double step = 0.25 * body.radius; step > 0.02 * body.radius; step /= 2) {
             for (bool improved = true; improved;) {
@@ -359,14 +362,16 @@ void Learner::put_straight() {
 
 Result<void> Learner::check() const {
     if (sights_.size() < settings_.least_sights) {
-        return Error{fmt::format("what looked like the robot is found again in only {} of {} moments: record it at more places, in plain view", sights_.size(), moments_.size())};
+        return Error{fmt::format("what looked like the robot is found again in only {} of {} moments: record it at more places, in plain view", sights_.size(),
+                                 moments_.size())};
     }
     double way = 0;
     for (const BodySight& a : sights_) {
         for (const BodySight& b : sights_) way = std::max(way, std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y));
     }
     if (way < settings_.least_way * rough_.radius) {
-        return Error{fmt::format("the only thing of the robot's size never moved ({:.2f} m in all moments): that might be furniture; record the robot at different places", way)};
+        return Error{fmt::format(
+            "the only thing of the robot's size never moved ({:.2f} m in all moments): that might be furniture; record the robot at different places", way)};
     }
     const Box is = box_around(body_.parts);
     const Box said = box_around(rough_.parts);
@@ -374,8 +379,9 @@ Result<void> Learner::check() const {
     const auto off = [&](double a, double b) { return std::abs(a - b) > limit + settings_.most_misfit * b; };
     if (off(is.height, said.height) || off(std::max(is.length, is.width), std::max(said.length, said.width)) ||
         off(std::min(is.length, is.width), std::min(said.length, said.width))) {
-        return Error{fmt::format("what moves in these pictures is {:.2f} x {:.2f} x {:.2f} m, the site file says {:.2f} x {:.2f} x {:.2f} m: is it the robot? Then correct its size",
-                                 is.length, is.width, is.height, said.length, said.width, said.height)};
+        return Error{fmt::format(
+            "what moves in these pictures is {:.2f} x {:.2f} x {:.2f} m, the site file says {:.2f} x {:.2f} x {:.2f} m: is it the robot? Then correct its size",
+            is.length, is.width, is.height, said.length, said.width, said.height)};
     }
     return {};
 }
@@ -423,7 +429,6 @@ void Learner::learn_agreement(LearnedBody& body) {
 Result<Learner::Lesson> Learner::learn_from(const Try& first) {
     sights_ = first.sights;
     body_ = rough_;
-    if (getenv("E_DBG")) { fprintf(stderr, "begin:"); for (auto& q : sights_) fprintf(stderr, " %zu(%.2f %.2f %.0f)", q.moment, q.pose.x, q.pose.y, q.pose.yaw * 57.3); fprintf(stderr, "\n"); }
     for (int i = 0; i < settings_.rounds; ++i) {
         if (i > 0) {
             learn_shape();
@@ -431,7 +436,6 @@ Result<Learner::Lesson> Learner::learn_from(const Try& first) {
         }
         learn_look();
         find_again(i % 2 == 1);
-        if (getenv("E_DBG")) { const Box bx = box_around(body_.parts); fprintf(stderr, "  round %d box %.2f %.2f %.2f spots %zu:", i, bx.length, bx.width, bx.height, body_.learned->look.spots.size()); for (auto& q : sights_) fprintf(stderr, " %zu(%.2f %.2f %.0f; %.1f %.0f)", q.moment, q.pose.x, q.pose.y, q.pose.yaw * 57.3, look_alike(body_, q.moment, q.pose), search_.score(moments_[q.moment].cameras, body_, q.pose)); fprintf(stderr, "\n"); }
         if (sights_.size() < settings_.least_sights) break;
     }
     if (auto checked = check(); !checked) return checked.error();
@@ -469,14 +473,14 @@ Result<BodyLesson> Learner::learn(const std::function<void(double)>& progress) {
     } else {
         tries = begin_by_look();
     }
-    std::string why = fmt::format("no thing of the robot's size is seen in {} or more of the {} moments and looks alike in them: record it at more places, with a "
-                                  "background without it (--background), and check its shape and size in the site file",
-                                  settings_.least_sights, moments_.size());
+    std::string why = fmt::format(
+        "no thing of the robot's size is seen in {} or more of the {} moments and looks alike in them: record it at more places, with a "
+        "background without it (--background), and check its shape and size in the site file",
+        settings_.least_sights, moments_.size());
     std::optional<Lesson> best;
     for (std::size_t i = 0; i < tries.size(); ++i) {
         auto learned = learn_from(tries[i]);
         if (!learned && i == 0) why = learned.error().message;
-                if (getenv("E_DBG")) fprintf(stderr, "try %zu worth %.1f sights %zu: %s; %.2f\n", i, tries[i].worth, tries[i].sights.size(), learned ? "" : learned.error().message.c_str(), learned ? learned->worth : 0.0);
         if (learned && (!best || learned->worth > best->worth)) best = std::move(*learned);
         if (progress) progress(0.6 + 0.4 * static_cast<double>(i + 1) / static_cast<double>(tries.size()));
     }

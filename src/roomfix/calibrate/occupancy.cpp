@@ -59,7 +59,8 @@ std::vector<Eigen::Vector2d> simplified(const std::vector<Eigen::Vector2d>& hull
 
 }  // namespace
 
-Occupancy::Occupancy(const std::vector<BodyMoment>& moments, const std::vector<BodySight>& sights, const Body& rough, bool round, const OccupancySettings& settings)
+Occupancy::Occupancy(const std::vector<BodyMoment>& moments, const std::vector<BodySight>& sights, const Body& rough, bool round,
+                     const OccupancySettings& settings)
     : settings_(settings), round_(round) {
     reach_ = rough.radius * (1 + settings.margin);
     cell_ = 2 * rough.radius / settings.cells_across;

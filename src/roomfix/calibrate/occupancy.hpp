@@ -8,15 +8,15 @@
 namespace roomfix {
 
 struct OccupancySettings {
-    int cells_across = 24;        // over the rough body's diameter
-    int cells_up = 24;            // over its height
-    double margin = 0.5;          // of its width, around it: as much larger may the real one be ...
-    double margin_up = 0.15;      // ... and of its height
-    double filled = 0.75;         // probability that a pixel of the body differs from the background ...
-    double passing = 0.35;        // ... and that one beside it does, since the rest of the body is near; both are learned at each height,
-    double weight = 20;           // these counting as so many sights of a cell
-    double beyond = -1.0;         // log odds beyond the rough body, before anything was seen
-    double least_growth = 1.15;   // layers whose hulls differ by less are one part
+    int cells_across = 24;       // over the rough body's diameter
+    int cells_up = 24;           // over its height
+    double margin = 0.5;         // of its width, around it: as much larger may the real one be ...
+    double margin_up = 0.15;     // ... and of its height
+    double filled = 0.75;        // probability that a pixel of the body differs from the background ...
+    double passing = 0.35;       // ... and that one beside it does, since the rest of the body is near; both are learned at each height,
+    double weight = 20;          // these counting as so many sights of a cell
+    double beyond = -1.0;        // log odds beyond the rough body, before anything was seen
+    double least_growth = 1.15;  // layers whose hulls differ by less are one part
     std::size_t most_parts = 12;
 };
 

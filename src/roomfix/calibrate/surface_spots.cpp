@@ -105,7 +105,8 @@ std::vector<LookSpot> spots_on(const std::vector<ConvexPart>& parts, int about) 
     return spots;
 }
 
-BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<BodySight>& sights, const std::vector<LookSpot>& spots, bool round, const SpotSettings& settings) {
+BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<BodySight>& sights, const std::vector<LookSpot>& spots, bool round,
+                   const SpotSettings& settings) {
     BodyLook look;
     look.spots = spots;
     std::vector<Sight> pictures;
@@ -129,7 +130,8 @@ BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<Bod
     std::vector<std::size_t> kind(spots.size());
     std::map<std::pair<long, long>, std::size_t> kinds;
     for (std::size_t i = 0; i < spots.size(); ++i) {
-        const std::pair<long, long> key = {std::lround(1e4 * static_cast<double>(spots[i].place.z())), std::lround(10 * static_cast<double>(spots[i].outwards.z()))};
+        const std::pair<long, long> key = {std::lround(1e4 * static_cast<double>(spots[i].place.z())),
+                                           std::lround(10 * static_cast<double>(spots[i].outwards.z()))};
         kind[i] = round ? kinds.emplace(key, kinds.size()).first->second : i;
     }
     std::vector<SpotSights> sums;

@@ -13,9 +13,9 @@
 namespace roomfix {
 namespace {
 
-constexpr int tile = 260;     // px, edge of one view
-constexpr int margin = 24;    // px, around the body
-constexpr double dark = 6;    // grey levels, of the log colours (EvidenceSettings::dark)
+constexpr int tile = 260;   // px, edge of one view
+constexpr int margin = 24;  // px, around the body
+constexpr double dark = 6;  // grey levels, of the log colours (EvidenceSettings::dark)
 
 struct Side {
     const char* name;
@@ -39,7 +39,8 @@ void draw_side(cv::Mat& picture, const LearnedBody& body, const Side& side, doub
     for (const LookSpot& spot : body.look.spots) {
         if (spot.outwards.cast<double>().dot(side.towards) > 0.3) seen.push_back(&spot);
     }
-    std::sort(seen.begin(), seen.end(), [&](const LookSpot* a, const LookSpot* b) { return a->place.cast<double>().dot(side.towards) < b->place.cast<double>().dot(side.towards); });
+    std::sort(seen.begin(), seen.end(),
+              [&](const LookSpot* a, const LookSpot* b) { return a->place.cast<double>().dot(side.towards) < b->place.cast<double>().dot(side.towards); });
     const double apart = body.look.spots.size() > 1 ? (body.look.spots[1].place - body.look.spots[0].place).cast<double>().norm() : 0.02;
     const int radius = std::clamp(static_cast<int>(0.6 * scale * apart), 2, 12);
     for (const LookSpot* spot : seen) {
@@ -56,7 +57,10 @@ void draw_side(cv::Mat& picture, const LearnedBody& body, const Side& side, doub
 Result<void> save_body_picture(const std::filesystem::path& file, const LearnedBody& body) {
     const Box box = box_around(body.parts);
     const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(), z = Eigen::Vector3d::UnitZ();
-    const std::vector<Side> sides = {{"from the front", y, z, x}, {"from the left", -x, z, y}, {"from the back", -y, z, -x}, {"from the right", x, z, -y},
+    const std::vector<Side> sides = {{"from the front", y, z, x},
+                                     {"from the left", -x, z, y},
+                                     {"from the back", -y, z, -x},
+                                     {"from the right", x, z, -y},
                                      {"from above: front is up", -y, x, z}};
     const double scale = (tile - 2 * margin) / std::max({box.length, box.width, box.height, 1e-3});
     cv::Mat picture(tile + 26, tile * static_cast<int>(sides.size()), CV_8UC3, cv::Scalar(240, 240, 240));
@@ -64,8 +68,8 @@ Result<void> save_body_picture(const std::filesystem::path& file, const LearnedB
         cv::Mat part = picture(cv::Rect(tile * static_cast<int>(i), 0, tile, tile));
         draw_side(part, body, sides[i], scale, {0, 0, box.height / 2});
     }
-    const std::string text = fmt::format("{:.2f} x {:.2f} x {:.2f} m (+- {:.3f}), {} spots, {}", box.length, box.width, box.height, body.size_sigma, body.look.spots.size(),
-                                         body.symmetry == 0 ? "no direction" : "has a front");
+    const std::string text = fmt::format("{:.2f} x {:.2f} x {:.2f} m (+- {:.3f}), {} spots, {}", box.length, box.width, box.height, body.size_sigma,
+                                         body.look.spots.size(), body.symmetry == 0 ? "no direction" : "has a front");
     cv::putText(picture, text, {6, tile + 18}, cv::FONT_HERSHEY_SIMPLEX, 0.45, {60, 60, 60}, 1, cv::LINE_AA);
     bool written = false;
     try {

@@ -7,8 +7,8 @@
 namespace roomfix {
 namespace {
 
-constexpr int block = 48;       // px, edge of the squares that share a light
-constexpr int window = 3;       // px to each side over which a shadow's light is even
+constexpr int block = 48;  // px, edge of the squares that share a light
+constexpr int window = 3;  // px to each side over which a shadow's light is even
 constexpr std::size_t most_frames = 24;
 constexpr float log_two_pi = 1.8378771f;
 
@@ -82,8 +82,8 @@ void ColourBackground::to_log(const ColourImage& frame, std::vector<float>& log)
 
 /// The light of each block from all around it: a Gaussian over blocks and a little of the whole picture's light.
 void ColourBackground::couple_blocks(int across, int down, const std::array<float, 3>& all) {
-    constexpr int reach = 2;           // blocks; the Gaussian's standard deviation is one
-    constexpr float whole = 0.02f;     // weight of the whole picture's light
+    constexpr int reach = 2;        // blocks; the Gaussian's standard deviation is one
+    constexpr float whole = 0.02f;  // weight of the whole picture's light
     const auto c = static_cast<std::size_t>(channels_);
     for (int by = 0; by < down; ++by) {
         for (int bx = 0; bx < across; ++bx) {

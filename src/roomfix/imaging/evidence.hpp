@@ -10,18 +10,18 @@
 namespace roomfix {
 
 struct EvidenceSettings {
-    float dark = 6;               // grey levels added before the logarithm: read noise and black level of common cameras
-    float least_noise = 0.04f;    // of a log colour: compression and rounding at middle grey
-    float shift = 0.5f;           // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
-    float share_lit = 0.08f;      // of pixels lie in a shadow or in a patch of light that the background has not
-    float share_other = 0.10f;    // of pixels show something else
-    float darkest = -1.3f;        // log of what a shadow leaves of the light
-    float brightest = 0.8f;       // log of what the sun adds to it
-    float light_spread = 0.2f;    // softness of these two ends
-    float light_colour = 0.07f;   // by which shadow and sun shift a log colour against their mean: sky and lamps differ
-    float other_range = 2;        // over which log colours of other things are spread evenly, each channel
-    float static_limit = 0.35f;   // log light by which a pixel may be off its block's at first, to count as unchanged
-    float static_close = 0.15f;   // the same once the block's light is known roughly
+    float dark = 6;              // grey levels added before the logarithm: read noise and black level of common cameras
+    float least_noise = 0.04f;   // of a log colour: compression and rounding at middle grey
+    float shift = 0.5f;          // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
+    float share_lit = 0.08f;     // of pixels lie in a shadow or in a patch of light that the background has not
+    float share_other = 0.10f;   // of pixels show something else
+    float darkest = -1.3f;       // log of what a shadow leaves of the light
+    float brightest = 0.8f;      // log of what the sun adds to it
+    float light_spread = 0.2f;   // softness of these two ends
+    float light_colour = 0.07f;  // by which shadow and sun shift a log colour against their mean: sky and lamps differ
+    float other_range = 2;       // over which log colours of other things are spread evenly, each channel
+    float static_limit = 0.35f;  // log light by which a pixel may be off its block's at first, to count as unchanged
+    float static_close = 0.15f;  // the same once the block's light is known roughly
 };
 
 /// Of one frame. A pixel speaks for something else, for the background, or, where it may as well be the background in another light, not at

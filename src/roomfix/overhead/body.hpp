@@ -14,12 +14,12 @@ namespace roomfix {
 
 /// What a robot looks like from outside: convex parts standing on the floor.
 struct Body {
-    std::vector<ConvexPart> parts;  // m, robot frame
-    std::vector<ConvexPart> core;   // the same, smaller: what is body even if the parts are rough
-    double height = 0;              // m
-    double radius = 0;              // m, of the smallest circle around the origin that holds it on the floor
-    double symmetry = 0;            // rad after which it looks the same; 0: it has no direction
-    double size_sigma = 0.005;      // m: how well its extent is known
+    std::vector<ConvexPart> parts;               // m, robot frame
+    std::vector<ConvexPart> core;                // the same, smaller: what is body even if the parts are rough
+    double height = 0;                           // m
+    double radius = 0;                           // m, of the smallest circle around the origin that holds it on the floor
+    double symmetry = 0;                         // rad after which it looks the same; 0: it has no direction
+    double size_sigma = 0.005;                   // m: how well its extent is known
     std::shared_ptr<const LearnedBody> learned;  // its look; null: nobody knows
 
     bool has_look() const { return learned && !learned->look.spots.empty(); }
@@ -41,9 +41,9 @@ struct Span {
 
 /// The pixels of a small picture that a body covers; memory is kept between uses.
 struct BodyMask {
-    std::vector<Span> spans;  // no two overlap
-    double area = 0;          // px, of `spans`
-    double whole = 0;         // px, with what lies outside the picture
+    std::vector<Span> spans;                       // no two overlap
+    double area = 0;                               // px, of `spans`
+    double whole = 0;                              // px, with what lies outside the picture
     int left = 0, top = 0, right = 0, bottom = 0;  // box around it in the picture, right and bottom exclusive
     bool valid = false;                            // false: some of it is behind the camera or outside the lens model
 

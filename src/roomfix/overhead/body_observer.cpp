@@ -6,7 +6,8 @@ namespace roomfix {
 
 BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings) : settings_(settings), search_(settings.search) {
     for (std::size_t r = 0; r < robots.size(); ++r) {
-        const auto alike = std::find_if(robots.begin(), robots.begin() + static_cast<std::ptrdiff_t>(r), [&](const SiteRobot& other) { return look_alike(other, robots[r]); });
+        const auto alike =
+            std::find_if(robots.begin(), robots.begin() + static_cast<std::ptrdiff_t>(r), [&](const SiteRobot& other) { return look_alike(other, robots[r]); });
         if (alike != robots.begin() + static_cast<std::ptrdiff_t>(r)) {
             kind_of_.push_back(kind_of_[static_cast<std::size_t>(alike - robots.begin())]);
         } else {

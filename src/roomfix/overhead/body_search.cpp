@@ -70,7 +70,7 @@ std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, con
         if (!body.has_look() || !camera.evidence->with_colours) continue;
         const LookSettings& settings = settings_.score.look;
         const LookScore seen = score_look(*camera.view, *camera.evidence, body.learned->look, pose, settings.usual_clutter, settings, memory_.spots, step);
-        if (seen.spots < settings.least_spots) continue;
+        if (seen.seen < settings.least_spots) continue;
         sum += seen.per_spot * seen.spots;
         spots += seen.spots;
     }
@@ -230,8 +230,8 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
         const double turn = body.round() ? 0 : step / body.radius;
         for (int round = 0; round < 6; ++round) {
             bool improved = false;
-            for (const Eigen::Vector3d& by : {Eigen::Vector3d(step, 0, 0), Eigen::Vector3d(-step, 0, 0), Eigen::Vector3d(0, step, 0), Eigen::Vector3d(0, -step, 0),
-                                              Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+            for (const Eigen::Vector3d& by : {Eigen::Vector3d(step, 0, 0), Eigen::Vector3d(-step, 0, 0), Eigen::Vector3d(0, step, 0),
+                                              Eigen::Vector3d(0, -step, 0), Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
                 if (by.isZero(0)) continue;
                 const Pose2 pose = moved(start.pose, by);
                 const double here = score(cameras, body, pose, coarse);
@@ -324,8 +324,8 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
             end.by_place = jacobian.by_point.leftCols<2>();
             end.by_calibration = jacobian.by_calibration(*cameras[c].view, Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
             const Eigen::Vector2d up = jacobian.by_point.col(2);
-            const Eigen::Matrix2d noise = sideways * sideways * end.by_place * end.by_place.transpose() + upwards * upwards * up * up.transpose() +
-                                          Eigen::Matrix2d::Identity();
+            const Eigen::Matrix2d noise =
+                sideways * sideways * end.by_place * end.by_place.transpose() + upwards * upwards * up * up.transpose() + Eigen::Matrix2d::Identity();
             end.weight = noise.inverse();
             end.camera = c;
             information += end.by_place.transpose() * end.weight * end.by_place;

@@ -17,19 +17,19 @@ struct SeenBy {
 
 struct BodySearchSettings {
     PlaceScoreSettings score;
-    double coarse_step = 0.45;     // of the body's radius, between places that are tried first
-    double least_step = 0.05;      // m, of the coarse places
-    int most_places = 40000;       // tried at first; the step grows where the floor is larger
-    double farthest = 8;           // times the camera's height: nobody locates robots beyond
-    double least_other = 0.06;     // part of the body's box that must show something else for a closer look
-    int most_climbs = 12;          // places that are refined
-    int most_by_look = 24;         // places at which the whole look is compared, where it is known: as many by how much differs, as by
-                                   // some spots of the look
-    std::size_t coarse_spots = 80; // of the look, compared all over the floor
-    int spread_samples = 96;       // drawn to measure how far the place is uncertain
+    double coarse_step = 0.45;      // of the body's radius, between places that are tried first
+    double least_step = 0.05;       // m, of the coarse places
+    int most_places = 40000;        // tried at first; the step grows where the floor is larger
+    double farthest = 8;            // times the camera's height: nobody locates robots beyond
+    double least_other = 0.06;      // part of the body's box that must show something else for a closer look
+    int most_climbs = 12;           // places that are refined
+    int most_by_look = 24;          // places at which the whole look is compared, where it is known: as many by how much differs, as by
+                                    // some spots of the look
+    std::size_t coarse_spots = 80;  // of the look, compared all over the floor
+    int spread_samples = 96;        // drawn to measure how far the place is uncertain
     int spread_rounds = 4;
-    double most_information = 40;  // nats: a body that is not exactly as described tells places apart no better than that
-    double odds_of_clutter = 12;   // nats: what explains a picture as well as a body does by chance
+    double most_information = 40;      // nats: a body that is not exactly as described tells places apart no better than that
+    double odds_of_clutter = 12;       // nats: what explains a picture as well as a body does by chance
     double least_place_sigma = 0.003;  // m
 };
 

@@ -18,9 +18,10 @@ double channel_of(const float* colour, int channels, int wanted, int k) {
 
 }  // namespace
 
-void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen,
-               std::size_t step) {
+int see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen,
+              std::size_t step) {
     seen.clear();
+    int facing = 0;
     const Eigen::Matrix3d map_from_robot = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::Vector3d origin(pose.x, pose.y, 0);
     const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();
@@ -33,6 +34,7 @@ void see_spots(const View& view, const Evidence& evidence, const BodyLook& look,
         const Eigen::Vector3d to_eye = eye - place;
         const double across = to_eye.dot(look.spots[i].outwards.cast<double>());
         if (across <= 0 || across * across < settings.facing * settings.facing * to_eye.squaredNorm()) continue;
+        ++facing;
         const auto pixel = project(view.model, camera_from_robot * place + origin_in_camera);
         if (!pixel) continue;
         const double x = (pixel->x() + 0.5) * shrink;
@@ -40,6 +42,7 @@ void see_spots(const View& view, const Evidence& evidence, const BodyLook& look,
         if (!(x >= 0 && y >= 0 && x < evidence.width && y < evidence.height)) continue;
         seen.push_back({i, static_cast<std::size_t>(y) * static_cast<std::size_t>(evidence.width) + static_cast<std::size_t>(x)});
     }
+    return facing;
 }
 
 double light_on(const Evidence& evidence, const BodyLook& look, const std::vector<SeenSpot>& seen) {
@@ -67,9 +70,9 @@ double light_on(const Evidence& evidence, const BodyLook& look, const std::vecto
 LookScore score_look(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, double clutter, const LookSettings& settings,
                      std::vector<SeenSpot>& seen, std::size_t step) {
     LookScore score;
-    see_spots(view, evidence, look, pose, settings, seen, step);
-    score.spots = static_cast<int>(seen.size());
-    if (score.spots < settings.least_spots) return score;
+    score.spots = see_spots(view, evidence, look, pose, settings, seen, step);
+    score.seen = static_cast<int>(seen.size());
+    if (score.seen < settings.least_spots) return score;
     const double light = std::clamp(light_on(evidence, look, seen), -2 * settings.light_sigma, 2 * settings.light_sigma);
     const double log_range = std::log(evidence.colour_range);
     double sum = 0;

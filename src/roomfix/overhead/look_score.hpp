@@ -10,11 +10,11 @@
 namespace roomfix {
 
 struct LookSettings {
-    double otherwise = 0.15;   // part of the spots that are hidden, or look as never before
-    double light_sigma = 0.2;  // log: how far the light on the robot may differ from the light on the floor behind it
-    double facing = 0.2;       // cosine between a spot's direction and the camera's: flatter ones are not compared
-    double usual_clutter = 0.2;  // part of the pixels that show something else where looks of different places are compared
-    int least_spots = 12;      // in view: fewer say nothing
+    double otherwise = 0.15;     // part of the spots that are hidden, or look as never before
+    double light_sigma = 0.2;    // log: how far the light on the robot may differ from the light on the floor behind it
+    double facing = 0.2;         // cosine between a spot's direction and the camera's: flatter ones are not compared
+    double usual_clutter = 0.8;  // part of the pixels that show something else where looks of different places are compared
+    int least_spots = 12;        // in view: fewer say nothing
 };
 
 /// A spot in a picture.
@@ -23,13 +23,15 @@ struct SeenSpot {
     std::size_t pixel = 0;  // of the evidence
 };
 
-/// The spots that face the camera and lie in its picture; of every `step`-th.
-void see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen,
-               std::size_t step = 1);
+/// The spots that face the camera and lie in its picture; of every `step`-th. Returns how many face it, in the picture or not.
+int see_spots(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, const LookSettings& settings, std::vector<SeenSpot>& seen,
+              std::size_t step = 1);
 
 struct LookScore {
     double per_spot = 0;  // nats: log ratio of the look's probability to that of background and of things of any colour, mean over the spots
-    int spots = 0;
+                          // that face the camera; those beside the picture say nothing
+    int spots = 0;        // that face it
+    int seen = 0;         // those in the picture
 };
 
 /// `clutter`: part of the pixels around that show something else. The evidence must have its colours.

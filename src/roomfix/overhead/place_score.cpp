@@ -82,7 +82,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     double ratio = body_here - nothing_here;
     if (!coarse && body.placed_by_look() && evidence.with_colours) {
         const LookScore look = score_look(view, evidence, body.learned->look, pose, settings.look.usual_clutter, settings.look, memory.spots);
-        if (look.spots >= settings.look.least_spots) ratio = look.per_spot * mask.area / settings.pixels_per_sample;
+        if (look.seen >= settings.look.least_spots) ratio = look.per_spot * mask.whole / settings.pixels_per_sample;
     }
     // It may be hidden altogether.
     score.log_ratio = ratio > 20 ? ratio + std::log(1 - settings.hidden) : std::log(settings.hidden + (1 - settings.hidden) * std::exp(ratio));

@@ -11,16 +11,16 @@ namespace roomfix {
 /// known beforehand (a Beta distribution: bodies have gaps, and colours like the background's), against that they show no more of it than
 /// what lies around them. It is the scan statistic of Kulldorff (1997) with the unknown part integrated out instead of maximised.
 struct PlaceScoreSettings {
-    double core_filled = 3.0;      // Beta distribution of the part of the core's pixels that differ from the background ...
-    double core_open = 1.0;        // ... mean 0.75
-    double rim_filled = 1.2;       // the same of what lies between the core and the body's outline: even, since bodies are rough
+    double core_filled = 3.0;  // Beta distribution of the part of the core's pixels that differ from the background ...
+    double core_open = 1.0;    // ... mean 0.75
+    double rim_filled = 1.2;   // the same of what lies between the core and the body's outline: even, since bodies are rough
     double rim_open = 1.0;
-    double pixels_per_sample = 15; // px of the small picture that say as much as one independent one: neighbours are alike
-    double least_clutter = 0.02;   // part of the pixels that differ anywhere
-    double usual_weight = 0.25;    // of the body's pixels: so many of the whole picture count along with those around
-    double surroundings = 0.5;     // of the body's box, to each side: where clutter is counted
-    double hidden = 0.1;           // probability that all of the body is hidden from a camera by something unknown
-    double least_whole = 0.1;      // part of the body that must lie in the picture: less says nothing
+    double pixels_per_sample = 15;  // px of the small picture that say as much as one independent one: neighbours are alike
+    double least_clutter = 0.02;    // part of the pixels that differ anywhere
+    double usual_weight = 0.25;     // of the body's pixels: so many of the whole picture count along with those around
+    double surroundings = 0.5;      // of the body's box, to each side: where clutter is counted
+    double hidden = 0.1;            // probability that all of the body is hidden from a camera by something unknown
+    double least_whole = 0.1;       // part of the body that must lie in the picture: less says nothing
     LookSettings look;
 };
 

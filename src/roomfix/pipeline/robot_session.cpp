@@ -74,15 +74,17 @@ Result<RobotSession> RobotSession::collect(const Site& site, const RobotSessionO
         } else {
             auto source = open_source(resolved_path(site, camera.source));
             if (!source) return Error{fmt::format("camera {}: {}", camera.id, source.error().message)};
-            if ((*source)->live()) return Error{fmt::format("camera {}: {} is live: record it first, a body is learned from a recording", camera.id, camera.source)};
+            if ((*source)->live())
+                return Error{fmt::format("camera {}: {} is live: record it first, a body is learned from a recording", camera.id, camera.source)};
             sources.push_back(std::move(*source));
         }
     }
     if (posts.empty()) return Error{"the site has no fixed camera among those asked for: a body is learned from pictures of fixed cameras"};
 
     std::string failed;
-    RecordedFrames frames(sources, stop, [&](std::size_t i, const std::string& message) { failed = fmt::format("camera {}: {}", posts[i].camera->id, message); },
-                          [](std::size_t) {});
+    RecordedFrames frames(
+        sources, stop, [&](std::size_t i, const std::string& message) { failed = fmt::format("camera {}: {}", posts[i].camera->id, message); },
+        [](std::size_t) {});
     std::int64_t longest = 1;
     for (const auto& source : sources) longest = std::max(longest, source->count());
     const auto rounds = static_cast<std::size_t>(longest);
@@ -98,8 +100,8 @@ Result<RobotSession> RobotSession::collect(const Site& site, const RobotSessionO
                 evidence->with_colours = true;
                 const CameraModel& model = posts[i].camera->model;
                 if (frame.image.width() != model.width || frame.image.height() != model.height || !posts[i].background.compare(frame.colour, *evidence)) {
-                    return Error{fmt::format("camera {}: {} is {} x {} pixels, the site file says {} x {}: is it of this camera?", posts[i].camera->id, frame.name,
-                                             frame.image.width(), frame.image.height(), model.width, model.height)};
+                    return Error{fmt::format("camera {}: {} is {} x {} pixels, the site file says {} x {}: is it of this camera?", posts[i].camera->id,
+                                             frame.name, frame.image.width(), frame.image.height(), model.width, model.height)};
                 }
                 if (name.empty()) name = frame.name;
                 moment.cameras.push_back({session.views_[i].get(), evidence.get()});

@@ -18,10 +18,12 @@ constexpr double largest = 50;  // m
 
 void read_parts(YamlReader& reader, const YAML::Node& node, LearnedBody& body) {
     if (!reader.list(node, "parts")) return;
-    if (node.size() == 0 || node.size() > most_parts) return reader.error(node, fmt::format("parts: {} of them, 1 to {} are possible", node.size(), most_parts));
+    if (node.size() == 0 || node.size() > most_parts)
+        return reader.error(node, fmt::format("parts: {} of them, 1 to {} are possible", node.size(), most_parts));
     for (const auto& item : node) {
         if (!reader.list(item, "a part")) return;
-        if (item.size() < 4 || item.size() > most_points_of_part) return reader.error(item, fmt::format("a part has {} points, 4 to {} are possible", item.size(), most_points_of_part));
+        if (item.size() < 4 || item.size() > most_points_of_part)
+            return reader.error(item, fmt::format("a part has {} points, 4 to {} are possible", item.size(), most_points_of_part));
         ConvexPart part;
         for (const auto& point : item) {
             const auto p = reader.numbers(point, "a part's point", 3, -largest, largest);
@@ -46,7 +48,8 @@ void read_spots(YamlReader& reader, const YAML::Node& node, BodyLook& look) {
         spot.outwards = {at(3), at(4), at(5)};
         for (std::size_t k = 0; k < channels; ++k) spot.colour[k] = at(6 + k);
         spot.sigma = at(6 + channels);
-        if (std::abs(spot.outwards.norm() - 1) > 0.05f || spot.sigma < 0.01f) return reader.error(row, "a spot's direction must have length 1, its sigma be 0.01 or more");
+        if (std::abs(spot.outwards.norm() - 1) > 0.05f || spot.sigma < 0.01f)
+            return reader.error(row, "a spot's direction must have length 1, its sigma be 0.01 or more");
         look.spots.push_back(spot);
     }
 }
@@ -60,7 +63,9 @@ Agreement read_agreement(YamlReader& reader, const YAML::Node& root, const char*
 
 LearnedBody read(YamlReader& reader, const YAML::Node& root) {
     LearnedBody body;
-    if (!reader.map(root, "a body file", {"roomfix_body", "learned_from", "size_sigma", "symmetry_deg", "channels", "as_robot", "as_clutter", "parts", "spots"})) return body;
+    if (!reader.map(root, "a body file",
+                    {"roomfix_body", "learned_from", "size_sigma", "symmetry_deg", "channels", "as_robot", "as_clutter", "parts", "spots"}))
+        return body;
     const auto version = reader.integer(reader.required(root, "roomfix_body", "a body file"), "roomfix_body", 0, 1000000);
     if (!version) return body;
     if (*version != learned_body_version) {
@@ -92,11 +97,12 @@ std::string learned_body_text(const LearnedBody& body) {
         "# a robot's body, learned by 'roomfix calibrate robot': in a site file, model: FILE.body\n"
         "roomfix_body: {}\nlearned_from: \"{}\"\nsize_sigma: {}\nsymmetry_deg: {}\nchannels: {}\n"
         "as_robot: [{}, {}]  # nats per spot: mean, sigma\nas_clutter: [{}, {}]\nparts:\n",
-        learned_body_version, body.learned_from, metres(body.size_sigma), rounded(degrees(body.symmetry)), body.look.channels, rounded(body.as_robot.mean), rounded(body.as_robot.sigma),
-        rounded(body.as_clutter.mean), rounded(body.as_clutter.sigma));
+        learned_body_version, body.learned_from, metres(body.size_sigma), rounded(degrees(body.symmetry)), body.look.channels, rounded(body.as_robot.mean),
+        rounded(body.as_robot.sigma), rounded(body.as_clutter.mean), rounded(body.as_clutter.sigma));
     for (const ConvexPart& part : body.parts) {
         text += "  - [";
-        for (const auto& p : part.points) text += fmt::format("{}[{}, {}, {}]", &p == &part.points.front() ? "" : ", ", metres(p.x()), metres(p.y()), metres(p.z()));
+        for (const auto& p : part.points)
+            text += fmt::format("{}[{}, {}, {}]", &p == &part.points.front() ? "" : ", ", metres(p.x()), metres(p.y()), metres(p.z()));
         text += "]\n";
     }
     text += body.look.spots.empty() ? "" : "spots:  # place, direction outwards, log colours, sigma\n";

@@ -130,8 +130,8 @@ void read_model(YamlReader& reader, const YAML::Node& node, const std::string& w
     const auto name = reader.text(node, what);
     if (!name) return;
     if (std::filesystem::path(*name).extension() != learned_body_ending) {
-        return reader.error(node, fmt::format("{}: '{}' is no body file (*{}): learn one with 'roomfix calibrate robot', or describe the robot by 'parts'", what, *name,
-                                              learned_body_ending));
+        return reader.error(node, fmt::format("{}: '{}' is no body file (*{}): learn one with 'roomfix calibrate robot', or describe the robot by 'parts'",
+                                              what, *name, learned_body_ending));
     }
     auto body = read_learned_body(resolved_path(site, *name));
     if (!body) return reader.error(node, fmt::format("{}: {}", what, body.error().message));

@@ -48,8 +48,9 @@ Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
         pose.map_from_camera = known->map_from_camera;
         if (const auto lens = lens_from_floor_points(camera.model, pose, floor->points)) {
             if (note) {
-                *note = fmt::format("camera {}: its floor points fit a focal length of {:.1f} px better than the stated {:.1f} px: that is used; calibrate its lens anew",
-                                    camera.id, lens->model.fx, camera.model.fx);
+                *note = fmt::format(
+                    "camera {}: its floor points fit a focal length of {:.1f} px better than the stated {:.1f} px: that is used; calibrate its lens anew",
+                    camera.id, lens->model.fx, camera.model.fx);
             }
             return View{lens->model, lens->map_from_camera, lens->intrinsics};
         }

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
-#include <numbers>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <variant>
@@ -105,14 +105,14 @@ struct WheelOdometry {
 
 struct SiteRobot {
     std::string id;
-    Shape shape;                    // with `parts` or `model`: the box around them, its middle above the robot's origin
-    std::vector<ConvexPart> parts;  // what the body is made of; empty: the shape is the body
-    std::string learned_body;       // as written: a file of `roomfix calibrate robot`; empty: none
+    Shape shape;                                 // with `parts` or `model`: the box around them, its middle above the robot's origin
+    std::vector<ConvexPart> parts;               // what the body is made of; empty: the shape is the body
+    std::string learned_body;                    // as written: a file of `roomfix calibrate robot`; empty: none
     std::shared_ptr<const LearnedBody> learned;  // what stands in that file; null: none
-    std::string model;              // as written: the file that the parts come from; empty: the site file itself
-    double model_scale = 1;         // m per unit of the model
-    double size_sigma = 0.005;      // m: how well the shape is known
-    bool many = false;              // any number of them, all alike
+    std::string model;                           // as written: the file that the parts come from; empty: the site file itself
+    double model_scale = 1;                      // m per unit of the model
+    double size_sigma = 0.005;                   // m: how well the shape is known
+    bool many = false;                           // any number of them, all alike
     Drive drive = Drive::unknown;
     std::optional<WheelOdometry> odometry;
     std::optional<Receiver> receiver;
