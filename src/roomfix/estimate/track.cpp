@@ -301,9 +301,12 @@ double take_pose(Track& track, const PoseObservation& observation, int source, c
     });
 }
 
+/// Is a sighting that names places to be the track's start? At first, and after so long unseen that what is believed says nothing.
+bool begins(const Track& track, const TrackingModels& models) { return !track.alive() || track.belief.best().place_sigma() > models.settings.anywhere; }
+
 double take(Track& track, const Event& event, const TrackingModels& models) {
     const auto fuse = [&](const std::vector<PlaceProposal>& proposals, const auto& update_one) {
-        if (track.alive()) return take_with(track, event.source, proposals, models, update_one);
+        if (track.alive() && (proposals.empty() || !begins(track, models))) return take_with(track, event.source, proposals, models, update_one);
         if (!proposals.empty()) {
             start(track, proposals, event.time, models);
             health_of(track, event.source).seen = event.time;
@@ -317,7 +320,7 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
         const decltype(fuse)& fuse_with;
 
         double operator()(const PoseObservation& o) const {
-            if (track.alive()) return take_pose(track, o, event.source, models);
+            if (!begins(track, models)) return take_pose(track, o, event.source, models);
             start(track, places_of(o), event.time, models);
             health_of(track, event.source).seen = event.time;
             return 0;

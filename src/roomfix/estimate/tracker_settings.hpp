@@ -27,6 +27,7 @@ struct TrackerSettings {
     double start_turning = 1.0;  // rad/s (1 sigma)
     double ok = 0.35;            // s without an absolute observation until a fix is coasting
     double lost = 0.6;           // m (1 sigma, worst direction): a place known less is no fix
+    double anywhere = 3;         // m (1 sigma): a place known less counts for nothing, the next sighting starts the track anew
     double confirmations = 2;    // observations before one of several look-alikes is reported at a new place
     double forget = 5;           // s until a lost look-alike is dropped
     double like_gate = 16;       // squared distance beyond which a sighting is another of the look-alikes
