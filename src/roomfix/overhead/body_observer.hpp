@@ -26,6 +26,8 @@ struct BodyObserverSettings {
     double least_probability = 0.5;  // of a body against clutter, to be a sighting
     double plainly_filled = 0.75;    // part of the body's pixels that differ from the background, for an outline to need no further look
     double plainly_alone = 0.15;     // part of the pixels around it that may differ then
+    double plainly_shown = 0.6;      // the same, for the outline's edges to have to show, too ...
+    double exact_support = 0.8;      // ... in this part of the outline in view, or the robot is not the solid that the site file describes
     double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -40,6 +42,8 @@ public:
 
     /// Does what one camera sees at a robot's outline plainly show its body, and nothing around it?
     bool confirms(const SeenBy& camera, int robot, const Pose2& pose);
+    /// Does one camera plainly show the body, but too few of the edges (`support`: their part) that the solid would have?
+    bool is_no_exact_solid(const SeenBy& camera, int robot, const Pose2& pose, double support);
     /// Does an outline's place explain the pictures about as well as the best place of the body does?
     bool agrees(std::span<const SeenBy> cameras, int robot, const Pose2& pose, const BodyPlace& best);
 

@@ -71,6 +71,10 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     wanted_.assign(robots_.size(), 0);
     for (std::size_t r = 0; r < robots_.size(); ++r) wanted_[r] = !robots_[r].many && !(r < elsewhere_.size() && elsewhere_[r]);
     known_.clear();
+    // An outline fitted to what is not that solid states millimetres and is centimetres off.
+    std::erase_if(result.observations, [&](const SilhouetteObservation& o) {
+        return !robots_[static_cast<std::size_t>(o.robot)].many && bodies_.is_no_exact_solid(seen, o.robot, o.pose, o.support);
+    });
     for (SilhouetteObservation& o : result.observations) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) continue;
         o.doubtful = !bodies_.confirms(seen, o.robot, o.pose);

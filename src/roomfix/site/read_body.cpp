@@ -149,7 +149,8 @@ void read_body(YamlReader& reader, const YAML::Node& node, const std::string& wh
     const YAML::Node model = node["model"];
     const bool shaped = node["shape"].IsDefined() || node["size"].IsDefined();
     const int kinds = shaped + parts.IsDefined() + model.IsDefined();
-    if (kinds > 1) reader.error(model.IsDefined() ? model : parts, fmt::format("{} has more than one of shape and size, parts, and model: keep one of them", what));
+    if (kinds > 1)
+        reader.error(model.IsDefined() ? model : parts, fmt::format("{} has more than one of shape and size, parts, and model: keep one of them", what));
     if (kinds == 0) reader.error(node, fmt::format("{} needs a body: shape and size, or parts, or model", what));
     if (kinds != 1) return;
     if (shaped) read_shape(reader, node, what, robot);
