@@ -6,6 +6,9 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t siz
     const auto stated = roomfix::jpeg_size({data, size});
     if (stated && static_cast<long>(stated->width) * stated->height > 1'000'000) return 0;
     roomfix::LumaImage image;
+    roomfix::ColourImage colour;
+    (void)roomfix::decode_picture({data, size}, image, colour);
+    (void)roomfix::decode_jpeg_colour({data, size}, colour);
     if (!roomfix::decode_luma({data, size}, image)) return 0;
     (void)roomfix::decode_jpeg_luma({data, size}, image, {.scale = 2});
     (void)roomfix::decode_jpeg_luma({data, size}, image, {.scale = 1, .crop_x = image.width() / 3, .crop_y = 1, .crop_width = 5, .crop_height = 3});

@@ -84,6 +84,12 @@ TEST_F(LearnedBodyFile, DamagedFilesNameTheLine) {
         ASSERT_FALSE(read) << to;
         EXPECT_NE(read.error().message.find("damaged.body:"), std::string::npos) << read.error().message;
     }
+    LearnedBody flat = cart();
+    for (Eigen::Vector3d& p : flat.parts[0].points) p.y() = 0;
+    flat.parts.resize(1);
+    const auto read = read_learned_body(write("flat.body", learned_body_text(flat)));
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().message.find("flat"), std::string::npos) << read.error().message;
     EXPECT_FALSE(read_learned_body(folder / "none.body"));
     EXPECT_FALSE(read_learned_body(write("empty.body", "")));
     EXPECT_FALSE(read_learned_body(write("picture.body", std::string("\x89PNG\r\n\0\0", 8))));

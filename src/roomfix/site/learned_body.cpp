@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "roomfix/base/number.hpp"
@@ -80,6 +81,11 @@ LearnedBody read(YamlReader& reader, const YAML::Node& root) {
     body.look.channels = reader.integer(reader.required(root, "channels", "a body file"), "channels", 1, 3).value_or(3);
     if (body.look.channels == 2) reader.error(root["channels"], "channels must be 1 (grey) or 3 (colour)");
     read_parts(reader, reader.required(root, "parts", "a body file"), body);
+    constexpr double smallest = 0.01;  // m
+    const Box box = box_around(body.parts);
+    if (!body.parts.empty() && std::min({box.length, box.width, box.height}) < smallest) {
+        reader.error(root["parts"], fmt::format("the parts are flat: a robot is at least {} m long, wide and high", smallest));
+    }
     if (root["spots"].IsDefined()) {
         read_spots(reader, root["spots"], body.look);
         body.as_robot = read_agreement(reader, root, "as_robot");
@@ -116,21 +122,25 @@ std::string learned_body_text(const LearnedBody& body) {
     return text;
 }
 
-Result<LearnedBody> read_learned_body(const std::filesystem::path& file) {
-    const auto text = read_text(file);
-    if (!text) return text.error();
+Result<LearnedBody> parse_learned_body(const std::string& text, const std::string& name) {
     std::vector<Problem> problems;
     YamlReader reader(problems);
     LearnedBody body;
     try {
-        body = read(reader, YAML::Load(*text));
+        body = read(reader, YAML::Load(text));
     } catch (const YAML::Exception& e) {
-        return Error{fmt::format("{}:{}: {}", file.string(), e.mark.line + 1, e.msg)};
+        return Error{fmt::format("{}:{}: {}", name, e.mark.line + 1, e.msg)};
     }
     for (const Problem& problem : problems) {
-        if (problem.fatal) return Error{fmt::format("{}:{}: {}", file.string(), problem.line, problem.message)};
+        if (problem.fatal) return Error{fmt::format("{}:{}: {}", name, problem.line, problem.message)};
     }
     return body;
+}
+
+Result<LearnedBody> read_learned_body(const std::filesystem::path& file) {
+    const auto text = read_text(file);
+    if (!text) return text.error();
+    return parse_learned_body(*text, file.string());
 }
 
 }  // namespace roomfix

@@ -48,6 +48,7 @@ constexpr const char* learned_body_ending = ".body";
 /// As YAML.
 std::string learned_body_text(const LearnedBody& body);
 /// An error names file, line and what is wrong; a body of another version asks to be learned again.
+Result<LearnedBody> parse_learned_body(const std::string& text, const std::string& name);
 Result<LearnedBody> read_learned_body(const std::filesystem::path& file);
 
 }  // namespace roomfix
