@@ -53,7 +53,7 @@ private:
     Found most_alike(const Body& body, std::size_t moment, int turns);
     bool stays(std::size_t moment, const Pose2& pose);
     bool stands_among(const std::vector<BodySight>& sights, const Pose2& pose) const;
-    void learn_look();
+    Body taught_by(const std::vector<BodySight>& sights) const;
     Body taught_by_others(std::size_t moment) const;
     void learn_shape();
     void find_again(bool everywhere);
@@ -264,22 +264,21 @@ void Learner::learn_shape() {
     body_.learned = learned;
 }
 
-void Learner::learn_look() {
+/// The body with the look that some sights teach.
+Body Learner::taught_by(const std::vector<BodySight>& sights) const {
+    Body body = body_;
     auto learned = std::make_shared<LearnedBody>();
-    learned->look = look_from(moments_, sights_, spots_on(body_.parts, settings_.spots.spots), rough_.round(), settings_.spots);
-    body_.learned = std::move(learned);
-    body_.symmetry = rough_.round() ? 0 : 2 * std::numbers::pi;
+    learned->look = look_from(moments_, sights, spots_on(body_.parts, settings_.spots.spots), rough_.round(), settings_.spots);
+    body.learned = std::move(learned);
+    body.symmetry = rough_.round() ? 0 : 2 * std::numbers::pi;
+    return body;
 }
 
-/// The body with the look that all moments but one teach: what that one shows can be compared with it without being compared with itself.
+/// The same from all moments but one: what that one shows can be compared with it without being compared with itself.
 Body Learner::taught_by_others(std::size_t moment) const {
-    Body body = body_;
     std::vector<BodySight> others;
     std::copy_if(sights_.begin(), sights_.end(), std::back_inserter(others), [&](const BodySight& s) { return s.moment != moment; });
-    auto learned = std::make_shared<LearnedBody>();
-    learned->look = look_from(moments_, others, spots_on(body_.parts, settings_.spots.spots), rough_.round(), settings_.spots);
-    body.learned = std::move(learned);
-    return body;
+    return taught_by(others);
 }
 
 /// Looks for the body as it is known by now near its last pose and at all other places of each moment.
@@ -434,14 +433,14 @@ Result<Learner::Lesson> Learner::learn_from(const Try& first) {
             learn_shape();
             put_straight();
         }
-        learn_look();
+        body_ = taught_by(sights_);
         find_again(i % 2 == 1);
         if (sights_.size() < settings_.least_sights) break;
     }
     if (auto checked = check(); !checked) return checked.error();
     learn_shape();
     put_straight();
-    learn_look();
+    body_ = taught_by(sights_);
     Lesson lesson{body_, sights_, size_sigma_, 0};
     LearnedBody agreed = *body_.learned;
     learn_agreement(agreed);

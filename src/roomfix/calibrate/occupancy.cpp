@@ -4,36 +4,16 @@
 #include <cmath>
 #include <numbers>
 
-#include "roomfix/geometry/convex_hull.hpp"
+#include "roomfix/calibrate/prism.hpp"
 #include "roomfix/overhead/silhouette.hpp"
 
 namespace roomfix {
 namespace {
 
-std::vector<Eigen::Vector2d> hull_of(std::vector<Eigen::Vector2d> points) {
-    std::vector<int> order(points.size() + 1);
-    std::vector<int> hull(points.size() + 1);
-    const int corners = convex_hull(points, order, hull);
-    std::vector<Eigen::Vector2d> result;
-    for (int i = 0; i < corners; ++i) result.push_back(points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])]);
-    return result;
-}
-
-/// Is a place in the rough body?
-bool holds(const Body& rough, const Eigen::Vector3d& p, std::vector<Eigen::Vector2d>& memory) {
-    for (const ConvexPart& part : rough.parts) {
-        double low = 1e9;
-        double high = -1e9;
-        memory.clear();
-        for (const Eigen::Vector3d& q : part.points) {
-            low = std::min(low, q.z());
-            high = std::max(high, q.z());
-            memory.push_back(q.head<2>());
-        }
-        if (p.z() < low || p.z() > high) continue;
-        if (inside_polygon(hull_of(memory), p.head<2>(), 0)) return true;
-    }
-    return false;
+/// Is a place in one of the prisms?
+bool hold(const std::vector<Prism>& prisms, const Eigen::Vector3d& p) {
+    return std::any_of(prisms.begin(), prisms.end(),
+                       [&](const Prism& prism) { return p.z() >= prism.low && p.z() <= prism.high && inside_polygon(prism.hull, p.head<2>(), 0); });
 }
 
 ConvexPart slab(const std::vector<Eigen::Vector2d>& hull, double low, double high) {
@@ -70,12 +50,13 @@ Occupancy::Occupancy(const std::vector<BodyMoment>& moments, const std::vector<B
     up_ = static_cast<int>(std::ceil(rough.height * (1 + settings.margin_up) / layer_));
     log_odds_.assign(static_cast<std::size_t>(across_ * across_ * up_), 0.0);
     seen_.assign(log_odds_.size(), {});
-    std::vector<Eigen::Vector2d> memory;
+    std::vector<Prism> prisms;
+    for (const ConvexPart& part : rough.parts) prisms.push_back(prism_of(part));
     for (int z = 0; z < up_; ++z) {
         for (int y = 0; y < across_; ++y) {
             for (int x = 0; x < across_; ++x) {
                 const Eigen::Vector3d p = middle(x, y, z);
-                before_.push_back(holds(rough, p, memory) ? 0 : settings.beyond);
+                before_.push_back(hold(prisms, p) ? 0 : settings.beyond);
                 for (const BodySight& sight : sights) {
                     const double c = std::cos(sight.pose.yaw);
                     const double s = std::sin(sight.pose.yaw);

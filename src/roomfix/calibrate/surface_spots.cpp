@@ -4,32 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "roomfix/geometry/convex_hull.hpp"
+#include "roomfix/calibrate/prism.hpp"
 #include "roomfix/overhead/silhouette.hpp"
 
 namespace roomfix {
 namespace {
-
-/// An upright part: its outline from above, and its ends.
-struct Prism {
-    std::vector<Eigen::Vector2d> hull;  // counter-clockwise
-    double low = 1e9, high = -1e9;
-};
-
-Prism prism_of(const ConvexPart& part) {
-    Prism prism;
-    std::vector<Eigen::Vector2d> points;
-    for (const Eigen::Vector3d& p : part.points) {
-        points.push_back(p.head<2>());
-        prism.low = std::min(prism.low, p.z());
-        prism.high = std::max(prism.high, p.z());
-    }
-    std::vector<int> order(points.size() + 1);
-    std::vector<int> hull(points.size() + 1);
-    const int corners = convex_hull(points, order, hull);
-    for (int i = 0; i < corners; ++i) prism.hull.push_back(points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])]);
-    return prism;
-}
 
 double surface_of(const Prism& prism) {
     double around = 0;
