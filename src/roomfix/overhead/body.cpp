@@ -64,6 +64,25 @@ void merge(std::vector<Span>& spans) {
     if (!spans.empty()) spans.resize(kept + 1);
 }
 
+/// Radius of the largest circle around the origin inside the hull of all parts, seen from above; 0 where the origin is outside.
+double inner_radius_of(const std::vector<ConvexPart>& parts) {
+    std::vector<Eigen::Vector2d> points;
+    for (const ConvexPart& part : parts) {
+        for (const Eigen::Vector3d& p : part.points) points.push_back(p.head<2>());
+    }
+    std::vector<int> order(points.size() + 1);
+    std::vector<int> hull(points.size() + 1);
+    const int corners = convex_hull(points, order, hull);
+    double radius = corners < 3 ? 0 : 1e9;
+    for (int i = 0; i < corners; ++i) {
+        const Eigen::Vector2d& a = points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])];
+        const Eigen::Vector2d& b = points[static_cast<std::size_t>(hull[static_cast<std::size_t>((i + 1) % corners)])];
+        const Eigen::Vector2d side = (b - a).normalized();
+        radius = std::min(radius, a.x() * side.y() - a.y() * side.x());
+    }
+    return std::max(radius, 0.0);
+}
+
 }  // namespace
 
 Body body_of(const SiteRobot& robot) {
@@ -77,6 +96,7 @@ Body body_of(const SiteRobot& robot) {
             body.radius = std::max(body.radius, p.head<2>().norm());
         }
     }
+    body.inner_radius = inner_radius_of(body.parts);
     body.learned = robot.learned;
     if (robot.learned) {
         body.symmetry = robot.learned->symmetry;

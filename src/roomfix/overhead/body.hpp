@@ -18,6 +18,7 @@ struct Body {
     std::vector<ConvexPart> core;                // the same, smaller: what is body even if the parts are rough
     double height = 0;                           // m
     double radius = 0;                           // m, of the smallest circle around the origin that holds it on the floor
+    double inner_radius = 0;                     // m, of the largest circle around the origin that its footprint holds
     double symmetry = 0;                         // rad after which it looks the same; 0: it has no direction
     double size_sigma = 0.005;                   // m: how well its extent is known
     std::shared_ptr<const LearnedBody> learned;  // its look; null: nobody knows

@@ -1,6 +1,8 @@
 #include "roomfix/overhead/body_observer.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 namespace roomfix {
 
@@ -27,7 +29,10 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         left_[c] = *cameras[c].evidence;
         moment_[c].evidence = &left_[c];
     }
-    for (const KnownRobot& robot : known) take_away(robot.pose, body(robot.robot));
+    standing_.clear();
+    for (const KnownRobot& robot : known) {
+        if (robot.sure) stand(robot.robot, robot.pose);
+    }
     std::vector<char> open = wanted;
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
         candidates_[kind].clear();
@@ -37,12 +42,29 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
             break;
         }
     }
+    std::vector<KnownRobot> unsure;
+    std::copy_if(known.begin(), known.end(), std::back_inserter(unsure), [](const KnownRobot& k) { return !k.sure; });
     for (;;) {
-        // The robot that explains most of what is left.
-        int best = -1;
-        for (std::size_t r = 0; r < open.size(); ++r) {
-            if (!open[r] || candidates_[kind_of_[r]].empty()) continue;
-            if (best < 0 || candidates_[kind_of_[r]][0].score > candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score) best = static_cast<int>(r);
+        drop_blocked();
+        std::erase_if(unsure, [&](const KnownRobot& k) { return in_the_way(body(k.robot), k.robot, k.pose); });
+        // What explains most of what is left: a body, or an outline.
+        const int best = best_body(open);
+        double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score;
+        auto outline = unsure.end();
+        for (auto u = unsure.begin(); u != unsure.end(); ++u) {
+            const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges;
+            if (score <= most) continue;
+            most = score;
+            outline = u;
+        }
+        if (outline != unsure.end()) {
+            const KnownRobot holds = *outline;
+            unsure.erase(outline);
+            if (!open[static_cast<std::size_t>(holds.robot)] || most < settings_.search.odds_of_clutter) continue;
+            open[static_cast<std::size_t>(holds.robot)] = 0;
+            stand(holds.robot, holds.pose);
+            score_what_is_left();
+            continue;
         }
         if (best < 0) return found_;
         const Body& shape = body(best);
@@ -53,14 +75,55 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
             continue;
         }
         open[static_cast<std::size_t>(best)] = 0;
-        take_away(places[0].pose, shape);
+        stand(best, places[0].pose);
         BodySighting sighting{best, places[0], {}};
         sighting.others.assign(places.begin() + 1, places.end());
         found_.push_back(std::move(sighting));
-        // What is left explains the other candidates less.
-        for (std::size_t kind = 0; kind < bodies_.size(); ++kind) search_.score_again(moment_, bodies_[kind], candidates_[kind]);
+        score_what_is_left();
     }
 }
+
+/// A robot is settled: what it covers explains nothing else any more.
+void BodyObserver::stand(int robot, const Pose2& pose) {
+    standing_.push_back({robot, pose});
+    take_away(pose, body(robot));
+}
+
+void BodyObserver::score_what_is_left() {
+    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) search_.score_again(moment_, bodies_[kind], candidates_[kind]);
+}
+
+/// Would a robot at this pose stand in another one that is settled?
+bool BodyObserver::in_the_way(const Body& shape, int robot, const Pose2& pose) const {
+    return std::any_of(standing_.begin(), standing_.end(), [&](const Standing& other) {
+        const double least = settings_.overlap * (shape.inner_radius + body(other.robot).inner_radius);
+        return other.robot != robot && std::hypot(pose.x - other.pose.x, pose.y - other.pose.y) < least;
+    });
+}
+
+void BodyObserver::drop_blocked() {
+    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+        std::erase_if(candidates_[kind], [&](const BodyCandidate& c) { return in_the_way(bodies_[kind], -1, c.pose); });
+    }
+}
+
+/// The open robot whose body explains most of what is left; -1: none.
+int BodyObserver::best_body(const std::vector<char>& open) const {
+    int best = -1;
+    for (std::size_t r = 0; r < open.size(); ++r) {
+        if (!open[r] || candidates_[kind_of_[r]].empty()) continue;
+        if (best < 0 || candidates_[kind_of_[r]][0].score > candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score) best = static_cast<int>(r);
+    }
+    return best;
+}
+
+bool BodyObserver::holds(const KnownRobot& known) const {
+    return std::any_of(standing_.begin(), standing_.end(), [&](const Standing& s) {
+        return s.robot == known.robot && std::hypot(s.pose.x - known.pose.x, s.pose.y - known.pose.y) < body(known.robot).radius;
+    });
+}
+
+KnownRobot known_by_outline(const SilhouetteObservation& outline) { return {outline.robot, outline.pose, !outline.doubtful, outline.edges}; }
 
 bool BodyObserver::wants_colours() const {
     return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/body_search.hpp"
 
 namespace roomfix {
@@ -15,11 +16,16 @@ struct BodySighting {
     std::vector<BodyPlace> others;  // further places that explain the pictures nearly as well, with their weights
 };
 
-/// A robot that is known to stand somewhere: what it explains is not looked at again.
+/// A robot whose outline was found: what it explains is not looked at again.
 struct KnownRobot {
     int robot = 0;
     Pose2 pose;
+    bool sure = true;  // false: it has to explain the pictures better than other robots do
+    double edges = 0;  // nats by which the outline's edges speak for it
 };
+
+/// What an outline says of its robot.
+KnownRobot known_by_outline(const SilhouetteObservation& outline);
 
 struct BodyObserverSettings {
     BodySearchSettings search;
@@ -28,6 +34,7 @@ struct BodyObserverSettings {
     double plainly_alone = 0.15;     // part of the pixels around it that may differ then
     double plainly_shown = 0.6;      // the same, for the outline's edges to have to show, too ...
     double exact_support = 0.8;      // ... in this part of the outline in view, or the robot is not the solid that the site file describes
+    double overlap = 0.8;            // of the circles inside two robots' footprints: nearer to each other than that they cannot stand
     double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -39,6 +46,8 @@ public:
     /// `wanted`: a flag for each robot of the site. Likeliest first; what one explains the next ones do not find again. Look-alikes share one
     /// search.
     const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {});
+    /// After find(): did the robot turn out to stand there? If not, its outline was something else's.
+    bool holds(const KnownRobot& known) const;
 
     /// Does what one camera sees at a robot's outline plainly show its body, and nothing around it?
     bool confirms(const SeenBy& camera, int robot, const Pose2& pose);
@@ -53,6 +62,15 @@ public:
     const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:
+    struct Standing {
+        int robot = 0;
+        Pose2 pose;
+    };
+    void stand(int robot, const Pose2& pose);
+    bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
+    void score_what_is_left();
+    void drop_blocked();
+    int best_body(const std::vector<char>& open) const;
     void take_away(const Pose2& pose, const Body& body);
 
     BodyObserverSettings settings_;
@@ -63,6 +81,7 @@ private:
     std::vector<SeenBy> moment_;
     std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
     std::vector<BodySighting> found_;
+    std::vector<Standing> standing_;  // robots that are settled, in this moment
     PlaceMemory memory_;
 };
 

@@ -37,6 +37,7 @@ struct Samples {
     int count = 0;
     int edges = 0;
     int total = 0;
+    double spacing = 2;  // px along the outline from sample to sample
     std::span<Sample> all() { return {list.data(), static_cast<std::size_t>(count)}; }
     std::span<const Sample> all() const { return {list.data(), static_cast<std::size_t>(count)}; }
 };
@@ -63,6 +64,7 @@ void place_samples(const FrameEvidence& evidence, const View& view, const ShapeP
     const Eigen::Vector2d middle = polygon_centroid(silhouette.polygon());
     const double width = evidence.frame.width - 1.0;
     const double height = evidence.frame.height - 1.0;
+    samples.spacing = spacing;
     double carried = 0;  // sides shorter than the spacing share their samples
     for (int i = 0; i < silhouette.count; ++i) {
         const auto here = static_cast<std::size_t>(i);
@@ -197,7 +199,7 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
 }
 
 /// Counts what the readings say at the final pose.
-void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
+void judge(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, OutlineFit& fit) {
     fit.total = samples.total;
     fit.visible = samples.count;
     fit.supported = fit.covered = fit.bare = fit.ambiguous = fit.into_shadow = 0;
@@ -218,6 +220,9 @@ void judge(const Samples& samples, const ShapePoints& shape, OutlineFit& fit) {
             ++fit.bare;
         }
     }
+    const double independent = std::min(1.0, samples.spacing / settings.edge_length);
+    fit.edges = independent * (fit.supported * std::log(settings.edge_shown / settings.edge_chance) +
+                               (fit.visible - fit.supported) * std::log((1 - settings.edge_shown) / (1 - settings.edge_chance)));
     const int conflicting = fit.visible - fit.supported - fit.covered - fit.bare - fit.ambiguous;
     fit.score = fit.visible > 0 ? (support - 0.7 * fit.covered - 0.15 * fit.bare - 0.4 * conflicting) / fit.visible : -1;
 }
@@ -269,7 +274,7 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
         fit.pose.yaw += std::clamp(step[2], -0.5, 0.5);
         if (progress >= 1 && step.head<2>().norm() < 5e-4 && std::abs(step[2]) < 1e-3) break;
     }
-    judge(samples, shape, fit);
+    judge(samples, shape, settings, fit);
     set_covariance(samples, shape, settings, inset, fit);
     fit.pose.yaw = wrap_angle(fit.pose.yaw);
     return fit;
@@ -310,7 +315,7 @@ OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const Shape
     Samples samples;
     place_samples(evidence, view, shape, pose, fit.silhouette, {}, settings.samples, samples);
     read_edges(evidence, settings.last_reach, samples);
-    judge(samples, shape, fit);
+    judge(samples, shape, settings, fit);
     OutlineFitSettings coarse = settings;
     coarse.common_noise = std::max(1.0, 0.12 * std::sqrt(polygon_area(fit.silhouette.polygon())));
     coarse.edge_noise = coarse.common_noise;

@@ -32,6 +32,9 @@ struct OutlineFitSettings {
     double last_scale = 0.8;     // px, in the last round
     int coarse_rounds = 2;       // with half of the samples, ever nearer to the last settings
     int rounds = 7;              // at most; fewer once the pose stays
+    double edge_shown = 0.85;    // probability that a sample of a robot's outline shows an edge ...
+    double edge_chance = 0.25;   // ... and that a sample anywhere else in a furnished picture does
+    double edge_length = 8;      // px along an outline that say as much as one independent sample
 };
 
 struct OutlineFit {
@@ -49,6 +52,7 @@ struct OutlineFit {
     int into_shadow = 0;      // supported samples on the floor beside which there may be no more than a shadow
     double residual = 0;      // rms of the supported samples in their standard deviations
     double score = 0;         // -1..1: how well the picture agrees
+    double edges = 0;         // nats by which the edges found speak for the outline, against edges that lie anywhere by chance
     bool determined = false;  // enough edges to fix all unknowns
 };
 

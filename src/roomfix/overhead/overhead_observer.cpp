@@ -78,9 +78,8 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     for (SilhouetteObservation& o : result.observations) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) continue;
         o.doubtful = !bodies_.confirms(seen, o.robot, o.pose);
-        if (o.doubtful) continue;
-        wanted_[static_cast<std::size_t>(o.robot)] = 0;
-        known_.push_back({o.robot, o.pose});
+        if (!o.doubtful) wanted_[static_cast<std::size_t>(o.robot)] = 0;
+        known_.push_back(known_by_outline(o));
     }
     if (bodies_wanted_) {
         for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_, known_)) {
@@ -88,6 +87,10 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
             if (outline != result.observations.end() && bodies_.agrees({&seen, 1}, sighting.robot, outline->pose, sighting.place)) continue;
             if (outline != result.observations.end()) result.observations.erase(outline);
             result.observations.push_back(roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
+        }
+        for (const KnownRobot& known : known_) {
+            if (known.sure || bodies_.holds(known)) continue;
+            std::erase_if(result.observations, [&](const SilhouetteObservation& o) { return o.doubtful && o.robot == known.robot; });
         }
     }
     colour_background_.refresh(evidence_, 0.02f);
@@ -316,6 +319,7 @@ SilhouetteObservation OverheadObserver::observation_of(const Found& found) const
     observation.by_calibration = fit.by_calibration;
     observation.yaw_known = !shape.round();
     observation.support = fit.visible > 0 ? static_cast<double>(fit.supported) / fit.visible : 0;
+    observation.edges = fit.edges;
     observation.visible = fit.total > 0 ? static_cast<double>(fit.visible) / fit.total : 0;
     const int alike = shape.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / shape.symmetry));
     observation.like_turns = alike;

@@ -14,9 +14,8 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
         moment.push_back({&post->view(), &post->evidence()});
         together.source += (together.source.empty() ? "" : "+") + post->id();
         for (const SilhouetteObservation& o : post->outlines()) {
-            if (o.doubtful) continue;
-            wanted[static_cast<std::size_t>(o.robot)] = 0;
-            known.push_back({o.robot, o.pose});
+            if (!o.doubtful) wanted[static_cast<std::size_t>(o.robot)] = 0;
+            known.push_back(known_by_outline(o));
         }
         for (std::size_t r = 0; r < robots_.size(); ++r) {
             if (post->sees_tag_of(static_cast<int>(r))) wanted[r] = 0;
@@ -42,6 +41,12 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
             posts[c]->replace_outline(body.robot, &drawn);
         }
         together.robots.push_back(poses_of({observation_of(body, shape, posts[0]->view())}).front());
+    }
+    for (CameraPost* post : posts) {
+        const auto outlines = post->outlines();
+        for (const SilhouetteObservation& o : outlines) {
+            if (o.doubtful && !observer_.holds(known_by_outline(o))) post->replace_outline(o.robot, nullptr);
+        }
     }
     return together;
 }
