@@ -92,6 +92,35 @@ TEST(BodySearch, WhatAKnownRobotExplainsIsNotFoundAgain) {
     EXPECT_TRUE(observer.find(seen, {1, 0}, known).empty());
 }
 
+TEST(BodySearch, AnOutlineOfWhatAnotherRobotExplainsDoesNotHold) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const Evidence a = evidence_of(left, {{body_of(cart), truth}});
+    const std::vector<SeenBy> seen = {{&left, &a}};
+    BodyObserver observer({can, cart});
+    const KnownRobot right{1, truth, false, 30};
+    const KnownRobot inside{0, {2.05, 1.15, 0}, false, -5};
+    const KnownRobot on_bare_floor{0, {1.0, 2.2, 0}, false, -5};
+    const std::vector<KnownRobot> known = {inside, right, on_bare_floor};
+    EXPECT_TRUE(observer.find(seen, {1, 1}, known).empty());
+    EXPECT_TRUE(observer.holds(right));
+    EXPECT_FALSE(observer.holds(inside)) << "two robots do not stand in each other";
+    EXPECT_FALSE(observer.holds(on_bare_floor));
+}
+
+TEST(BodySearch, NothingIsFoundBehindAWall) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const Evidence a = evidence_of(left, {{body_of(cart), truth}});
+    const std::vector<Polyline> across = {{{1, -3}, {1, 5}}};
+    const std::vector<Polyline> behind_camera = {{{-1.05, -3}, {-1.05, 5}}, {{-1, -1.05}, {5, -1.05}}};
+    BodyObserver observer({cart});
+    const std::vector<SeenBy> hidden = {{&left, &a, &across}};
+    for (const BodySighting& found : observer.find(hidden, {1})) EXPECT_LT(found.place.pose.x, 1.0);
+    const std::vector<SeenBy> open = {{&left, &a, &behind_camera}};
+    EXPECT_EQ(observer.find(open, {1}).size(), 1U);
+}
+
 TEST(BodySearch, TwoThatLookAlikeAreRivals) {
     const View left = camera({-1, -1, 3}, {2, 2, 0});
     const Body body = body_of(can);

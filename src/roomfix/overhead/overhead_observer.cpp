@@ -67,13 +67,14 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     evidence_.pixels.clear();
     evidence_.with_colours = bodies_.wants_colours();
     if (!frame.colour || colour_background_.empty() || !colour_background_.compare(*frame.colour, evidence_)) return;
-    const SeenBy seen{&view_, &evidence_};
+    const SeenBy seen{&view_, &evidence_, &walls_};
     wanted_.assign(robots_.size(), 0);
     for (std::size_t r = 0; r < robots_.size(); ++r) wanted_[r] = !robots_[r].many && !(r < elsewhere_.size() && elsewhere_[r]);
     known_.clear();
     // An outline fitted to what is not that solid states millimetres and is centimetres off.
     std::erase_if(result.observations, [&](const SilhouetteObservation& o) {
-        return !robots_[static_cast<std::size_t>(o.robot)].many && bodies_.is_no_exact_solid(seen, o.robot, o.pose, o.support);
+        return !robots_[static_cast<std::size_t>(o.robot)].many &&
+               (!in_sight(seen, {o.pose.x, o.pose.y}) || bodies_.is_no_exact_solid(seen, o.robot, o.pose, o.support));
     });
     for (SilhouetteObservation& o : result.observations) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) continue;

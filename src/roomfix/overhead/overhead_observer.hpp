@@ -52,6 +52,9 @@ public:
     bool has_background() const { return !background_.empty(); }
     const BackgroundModel& background() const { return background_; }
 
+    /// Where they stand between the camera and the floor, it sees no robot.
+    void set_walls(const std::vector<Polyline>& walls) { walls_ = walls; }
+
     /// Robots (one flag each) that are surely somewhere else and are not looked for; empty: none.
     void set_elsewhere(const std::vector<char>& elsewhere) { elsewhere_ = elsewhere; }
 
@@ -100,6 +103,7 @@ private:
     View view_;
     std::vector<SiteRobot> robots_;
     std::vector<char> elsewhere_;
+    std::vector<Polyline> walls_;
     std::vector<ShapePoints> shapes_;
     OverheadSettings settings_;
     BackgroundModel background_;

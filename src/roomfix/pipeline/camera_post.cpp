@@ -22,6 +22,7 @@ Result<std::unique_ptr<CameraPost>> CameraPost::create(const Site& site, const S
         const auto view = fixed_view(camera);
         if (!view) return view.error();
         post->observer_ = std::make_unique<OverheadObserver>(*view, site.robots);
+        post->observer_->set_walls(site.walls);
         const bool tagged = std::any_of(site.robots.begin(), site.robots.end(), [](const SiteRobot& r) { return r.tag.has_value(); });
         if (tagged) post->tags_.emplace();
     }

@@ -21,6 +21,7 @@ class SingleShot {
 public:
     SingleShot(const Site& site, const SiteCamera& camera, const View& view, LearnedBackground background)
         : site_(site), camera_(camera.id), observer_(view, site.robots) {
+        observer_.set_walls(site.walls);
         observer_.set_background(std::move(background.grey), std::move(background.colour));
     }
 

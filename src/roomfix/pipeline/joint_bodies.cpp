@@ -11,7 +11,7 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
     std::vector<char> wanted;
     for (const SiteRobot& robot : robots_) wanted.push_back(!robot.many);
     for (CameraPost* post : posts) {
-        moment.push_back({&post->view(), &post->evidence()});
+        moment.push_back({&post->view(), &post->evidence(), &walls_});
         together.source += (together.source.empty() ? "" : "+") + post->id();
         for (const SilhouetteObservation& o : post->outlines()) {
             if (!o.doubtful) wanted[static_cast<std::size_t>(o.robot)] = 0;

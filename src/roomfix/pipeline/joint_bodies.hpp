@@ -16,7 +16,7 @@ struct JointSighting {
 
 class JointBodies {
 public:
-    explicit JointBodies(const std::vector<SiteRobot>& robots) : robots_(robots), observer_(robots) {}
+    explicit JointBodies(const Site& site) : robots_(site.robots), walls_(site.walls), observer_(site.robots) {}
 
     /// Robots of which none of the cameras has an outline beyond doubt. The posts have looked at their frames of this moment; doubtful outlines
     /// that contradict what all cameras show together are taken back.
@@ -24,6 +24,7 @@ public:
 
 private:
     std::vector<SiteRobot> robots_;
+    std::vector<Polyline> walls_;
     BodyObserver observer_;
 };
 

@@ -34,7 +34,7 @@ std::vector<std::string> single_sources(const std::vector<std::string>& sources)
 
 }  // namespace
 
-SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site.robots), tracker_(site) {}
+SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site), tracker_(site) {}
 
 Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
     std::unique_ptr<SiteRunner> runner(new SiteRunner(site));
