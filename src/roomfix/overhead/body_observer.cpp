@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace roomfix {
 
@@ -22,74 +21,80 @@ BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObser
 
 const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known) {
     found_.clear();
+    standing_.clear();
+    unsure_.clear();
+    for (const KnownRobot& robot : known) {
+        if (robot.sure) {
+            standing_.push_back({robot.robot, robot.pose});
+        } else {
+            unsure_.push_back(robot);
+        }
+    }
+    open_ = wanted;
     if (std::none_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; })) return found_;
+    begin_moment(cameras);
+    while (settle_next()) {
+    }
+    return found_;
+}
+
+/// What is seen, less what the robots explain that are settled from the start, and where the others may be.
+void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     left_.resize(cameras.size());
     moment_.assign(cameras.begin(), cameras.end());
     for (std::size_t c = 0; c < cameras.size(); ++c) {
         left_[c] = *cameras[c].evidence;
         moment_[c].evidence = &left_[c];
     }
-    standing_.clear();
-    for (const KnownRobot& robot : known) {
-        if (robot.sure) stand(robot.robot, robot.pose);
-    }
-    std::vector<char> open = wanted;
+    for (const Standing& robot : standing_) take_away(robot.pose, body(robot.robot));
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
         candidates_[kind].clear();
-        for (std::size_t r = 0; r < open.size(); ++r) {
-            if (!open[r] || kind_of_[r] != kind) continue;
+        for (std::size_t r = 0; r < open_.size(); ++r) {
+            if (!open_[r] || kind_of_[r] != kind) continue;
             candidates_[kind] = search_.candidates(moment_, bodies_[kind]);
             break;
         }
     }
-    std::vector<KnownRobot> unsure;
-    std::copy_if(known.begin(), known.end(), std::back_inserter(unsure), [](const KnownRobot& k) { return !k.sure; });
-    for (;;) {
-        drop_blocked();
-        std::erase_if(unsure, [&](const KnownRobot& k) { return in_the_way(body(k.robot), k.robot, k.pose); });
-        // What explains most of what is left: a body, or an outline.
-        const int best = best_body(open);
-        double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score;
-        auto outline = unsure.end();
-        for (auto u = unsure.begin(); u != unsure.end(); ++u) {
-            const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges;
-            if (score <= most) continue;
-            most = score;
-            outline = u;
-        }
-        if (outline != unsure.end()) {
-            const KnownRobot holds = *outline;
-            unsure.erase(outline);
-            if (!open[static_cast<std::size_t>(holds.robot)] || most < settings_.search.odds_of_clutter) continue;
-            open[static_cast<std::size_t>(holds.robot)] = 0;
-            stand(holds.robot, holds.pose);
-            score_what_is_left();
-            continue;
-        }
-        if (best < 0) return found_;
-        const Body& shape = body(best);
-        auto& candidates = candidates_[kind_of_[static_cast<std::size_t>(best)]];
-        auto places = search_.places(moment_, shape, candidates);
-        if (places.empty() || places[0].probability < settings_.least_probability) {
-            candidates.clear();
-            continue;
-        }
-        open[static_cast<std::size_t>(best)] = 0;
-        stand(best, places[0].pose);
-        BodySighting sighting{best, places[0], {}};
-        sighting.others.assign(places.begin() + 1, places.end());
-        found_.push_back(std::move(sighting));
-        score_what_is_left();
-    }
 }
 
-/// A robot is settled: what it covers explains nothing else any more.
+/// Settles what explains most of what is left, a body or an outline, or leaves it out for good. False: nothing is left to be settled.
+bool BodyObserver::settle_next() {
+    std::erase_if(unsure_, [&](const KnownRobot& k) { return !open_[static_cast<std::size_t>(k.robot)] || in_the_way(body(k.robot), k.robot, k.pose); });
+    drop_blocked();
+    const int best = best_body();
+    double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score;
+    auto outline = unsure_.end();
+    for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
+        const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges;
+        if (score <= most) continue;
+        most = score;
+        outline = u;
+    }
+    if (outline != unsure_.end()) {
+        const KnownRobot likeliest = *outline;
+        unsure_.erase(outline);
+        if (most > settings_.search.odds_of_clutter) stand(likeliest.robot, likeliest.pose);
+        return true;
+    }
+    if (best < 0) return false;
+    auto& candidates = candidates_[kind_of_[static_cast<std::size_t>(best)]];
+    auto places = search_.places(moment_, body(best), candidates);
+    if (places.empty() || places[0].probability < settings_.least_probability) {
+        candidates.clear();
+        return true;
+    }
+    stand(best, places[0].pose);
+    BodySighting sighting{best, places[0], {}};
+    sighting.others.assign(places.begin() + 1, places.end());
+    found_.push_back(std::move(sighting));
+    return true;
+}
+
+/// A robot is settled: what it covers explains the other candidates less.
 void BodyObserver::stand(int robot, const Pose2& pose) {
+    open_[static_cast<std::size_t>(robot)] = 0;
     standing_.push_back({robot, pose});
     take_away(pose, body(robot));
-}
-
-void BodyObserver::score_what_is_left() {
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) search_.score_again(moment_, bodies_[kind], candidates_[kind]);
 }
 
@@ -108,10 +113,10 @@ void BodyObserver::drop_blocked() {
 }
 
 /// The open robot whose body explains most of what is left; -1: none.
-int BodyObserver::best_body(const std::vector<char>& open) const {
+int BodyObserver::best_body() const {
     int best = -1;
-    for (std::size_t r = 0; r < open.size(); ++r) {
-        if (!open[r] || candidates_[kind_of_[r]].empty()) continue;
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (!open_[r] || candidates_[kind_of_[r]].empty()) continue;
         if (best < 0 || candidates_[kind_of_[r]][0].score > candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score) best = static_cast<int>(r);
     }
     return best;

@@ -66,11 +66,12 @@ private:
         int robot = 0;
         Pose2 pose;
     };
+    void begin_moment(std::span<const SeenBy> cameras);
+    bool settle_next();
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
-    void score_what_is_left();
     void drop_blocked();
-    int best_body(const std::vector<char>& open) const;
+    int best_body() const;
     void take_away(const Pose2& pose, const Body& body);
 
     BodyObserverSettings settings_;
@@ -81,7 +82,10 @@ private:
     std::vector<SeenBy> moment_;
     std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
     std::vector<BodySighting> found_;
-    std::vector<Standing> standing_;  // robots that are settled, in this moment
+    // Of the moment that is looked at:
+    std::vector<char> open_;          // of each robot: not settled yet
+    std::vector<KnownRobot> unsure_;  // outlines that have to hold yet
+    std::vector<Standing> standing_;  // robots that are settled
     PlaceMemory memory_;
 };
 
