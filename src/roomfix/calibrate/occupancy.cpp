@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "roomfix/calibrate/prism.hpp"
+#include "roomfix/geometry/convex_hull.hpp"
 #include "roomfix/overhead/silhouette.hpp"
 
 namespace roomfix {

@@ -7,9 +7,6 @@
 
 namespace roomfix {
 
-/// Corners of the convex hull, counter-clockwise.
-std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points);
-
 struct Prism {
     std::vector<Eigen::Vector2d> hull;  // m, counter-clockwise
     double low = 1e9, high = -1e9;      // m

@@ -38,11 +38,7 @@ std::vector<Eigen::Vector2d> outline(const View& view, const Pose2& pose) {
         const Eigen::Vector3d own((i & 1 ? 0.5 : -0.5) * crossing_body.length, (i & 2 ? 0.5 : -0.5) * crossing_body.width, i & 4 ? crossing_body.height : 0);
         if (const auto pixel = project_map_point(view, map_from_robot(pose) * own)) points.push_back(*pixel);
     }
-    std::array<int, 9> order, hull;
-    const int count = convex_hull(points, order, hull);
-    std::vector<Eigen::Vector2d> around;
-    for (int i = 0; i < count; ++i) around.push_back(points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])]);
-    return around;
+    return hull_of(points);
 }
 
 bool inside(const std::vector<Eigen::Vector2d>& hull, const Eigen::Vector2d& p) {

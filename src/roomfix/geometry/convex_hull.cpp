@@ -35,4 +35,13 @@ int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, s
     return size - 1;
 }
 
+std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points) {
+    std::vector<int> order(points.size() + 1);
+    std::vector<int> hull(points.size() + 1);
+    const int corners = convex_hull(points, order, hull);
+    std::vector<Eigen::Vector2d> result;
+    for (int i = 0; i < corners; ++i) result.push_back(points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])]);
+    return result;
+}
+
 }  // namespace roomfix

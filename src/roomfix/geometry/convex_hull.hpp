@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 namespace roomfix {
 
@@ -11,5 +12,8 @@ namespace roomfix {
 /// points.size() + 1 indices; returns how many of `hull` are used. No allocation.
 /// Source: Andrew's monotone chain, 1979.
 int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull);
+
+/// The corners of the hull themselves, in the same order.
+std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points);
 
 }  // namespace roomfix

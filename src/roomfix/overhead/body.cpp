@@ -70,13 +70,11 @@ double inner_radius_of(const std::vector<ConvexPart>& parts) {
     for (const ConvexPart& part : parts) {
         for (const Eigen::Vector3d& p : part.points) points.push_back(p.head<2>());
     }
-    std::vector<int> order(points.size() + 1);
-    std::vector<int> hull(points.size() + 1);
-    const int corners = convex_hull(points, order, hull);
-    double radius = corners < 3 ? 0 : 1e9;
-    for (int i = 0; i < corners; ++i) {
-        const Eigen::Vector2d& a = points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])];
-        const Eigen::Vector2d& b = points[static_cast<std::size_t>(hull[static_cast<std::size_t>((i + 1) % corners)])];
+    const std::vector<Eigen::Vector2d> hull = hull_of(points);
+    double radius = hull.size() < 3 ? 0 : 1e9;
+    for (std::size_t i = 0; i < hull.size(); ++i) {
+        const Eigen::Vector2d& a = hull[i];
+        const Eigen::Vector2d& b = hull[(i + 1) % hull.size()];
         const Eigen::Vector2d side = (b - a).normalized();
         radius = std::min(radius, a.x() * side.y() - a.y() * side.x());
     }
@@ -160,12 +158,10 @@ std::vector<Eigen::Vector2d> outline_of(const View& view, const Body& body, cons
             pixels.push_back(*pixel);
         }
     }
-    std::vector<int> order(pixels.size() + 1);
-    std::vector<int> hull(pixels.size() + 1);
-    const auto corners = static_cast<std::size_t>(convex_hull(pixels, order, hull));
+    const std::vector<Eigen::Vector2d> hull = hull_of(pixels);
     std::vector<Eigen::Vector2d> outline;
-    const std::size_t step = corners / 64 + 1;
-    for (std::size_t i = 0; i < corners; i += step) outline.push_back(pixels[static_cast<std::size_t>(hull[i])]);
+    const std::size_t step = hull.size() / 64 + 1;
+    for (std::size_t i = 0; i < hull.size(); i += step) outline.push_back(hull[i]);
     return outline;
 }
 

@@ -23,13 +23,7 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     found_.clear();
     standing_.clear();
     unsure_.clear();
-    for (const KnownRobot& robot : known) {
-        if (robot.sure) {
-            standing_.push_back({robot.robot, robot.pose});
-        } else {
-            unsure_.push_back(robot);
-        }
-    }
+    for (const KnownRobot& robot : known) (robot.sure ? standing_ : unsure_).push_back(robot);
     open_ = wanted;
     if (std::none_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; })) return found_;
     begin_moment(cameras);
@@ -46,7 +40,7 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
         left_[c] = *cameras[c].evidence;
         moment_[c].evidence = &left_[c];
     }
-    for (const Standing& robot : standing_) take_away(robot.pose, body(robot.robot));
+    for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
         candidates_[kind].clear();
         for (std::size_t r = 0; r < open_.size(); ++r) {
@@ -100,7 +94,7 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
 
 /// Would a robot at this pose stand in another one that is settled?
 bool BodyObserver::in_the_way(const Body& shape, int robot, const Pose2& pose) const {
-    return std::any_of(standing_.begin(), standing_.end(), [&](const Standing& other) {
+    return std::any_of(standing_.begin(), standing_.end(), [&](const KnownRobot& other) {
         const double least = settings_.overlap * (shape.inner_radius + body(other.robot).inner_radius);
         return other.robot != robot && std::hypot(pose.x - other.pose.x, pose.y - other.pose.y) < least;
     });
@@ -123,7 +117,7 @@ int BodyObserver::best_body() const {
 }
 
 bool BodyObserver::holds(const KnownRobot& known) const {
-    return std::any_of(standing_.begin(), standing_.end(), [&](const Standing& s) {
+    return std::any_of(standing_.begin(), standing_.end(), [&](const KnownRobot& s) {
         return s.robot == known.robot && std::hypot(s.pose.x - known.pose.x, s.pose.y - known.pose.y) < body(known.robot).radius;
     });
 }

@@ -62,10 +62,6 @@ public:
     const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:
-    struct Standing {
-        int robot = 0;
-        Pose2 pose;
-    };
     void begin_moment(std::span<const SeenBy> cameras);
     bool settle_next();
     void stand(int robot, const Pose2& pose);
@@ -83,9 +79,9 @@ private:
     std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
     std::vector<BodySighting> found_;
     // Of the moment that is looked at:
-    std::vector<char> open_;          // of each robot: not settled yet
-    std::vector<KnownRobot> unsure_;  // outlines that have to hold yet
-    std::vector<Standing> standing_;  // robots that are settled
+    std::vector<char> open_;            // of each robot: not settled yet
+    std::vector<KnownRobot> unsure_;    // outlines that have to hold yet
+    std::vector<KnownRobot> standing_;  // robots that are settled
     PlaceMemory memory_;
 };
 

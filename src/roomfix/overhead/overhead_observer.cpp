@@ -89,10 +89,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
             if (outline != result.observations.end()) result.observations.erase(outline);
             result.observations.push_back(roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
         }
-        for (const KnownRobot& known : known_) {
-            if (known.sure || bodies_.holds(known)) continue;
-            std::erase_if(result.observations, [&](const SilhouetteObservation& o) { return o.doubtful && o.robot == known.robot; });
-        }
+        std::erase_if(result.observations, [&](const SilhouetteObservation& o) { return o.doubtful && !bodies_.holds(known_by_outline(o)); });
     }
     colour_background_.refresh(evidence_, 0.02f);
 }

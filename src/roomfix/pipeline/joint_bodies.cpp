@@ -43,9 +43,10 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
         together.robots.push_back(poses_of({observation_of(body, shape, posts[0]->view())}).front());
     }
     for (CameraPost* post : posts) {
-        const auto outlines = post->outlines();
-        for (const SilhouetteObservation& o : outlines) {
-            if (o.doubtful && !observer_.holds(known_by_outline(o))) post->replace_outline(o.robot, nullptr);
+        const auto& outlines = post->outlines();
+        for (std::size_t i = outlines.size(); i-- > 0;) {  // from the end: each takes only itself out of the list
+            const KnownRobot outline = known_by_outline(outlines[i]);
+            if (!outline.sure && !observer_.holds(outline)) post->replace_outline(outline.robot, nullptr);
         }
     }
     return together;
