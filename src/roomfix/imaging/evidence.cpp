@@ -281,10 +281,10 @@ bool ColourBackground::compare(const ColourImage& frame, Evidence& evidence) {
     return true;
 }
 
-/// How far a pixel's level is off that of the window around it or, at the border of a shadow, of the one beside it that is nearest.
-float ColourBackground::unevenness(int x, int y) const {
-    const auto around = [&](int u, int v) { return around_[static_cast<std::size_t>(std::clamp(v, 0, height_ - 1) * width_ + std::clamp(u, 0, width_ - 1))]; };
-    const float level = level_[static_cast<std::size_t>(y * width_ + x)];
+/// How far a pixel's level is off that of the window around it or, at the border of something even, of the one beside it that is nearest.
+float ColourBackground::unevenness(const std::vector<float>& levels, const std::vector<float>& means, int x, int y) const {
+    const auto around = [&](int u, int v) { return means[static_cast<std::size_t>(std::clamp(v, 0, height_ - 1) * width_ + std::clamp(u, 0, width_ - 1))]; };
+    const float level = levels[static_cast<std::size_t>(y * width_ + x)];
     float nearest = std::abs(level - around(x, y));
     for (const int side : {-window, window}) {
         nearest = std::min(nearest, std::abs(level - around(x + side, y)));
@@ -299,12 +299,17 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     const auto c = static_cast<std::size_t>(channels_);
     const float channels = static_cast<float>(channels_);
     level_.resize(pixels());
+    seen_.resize(pixels());
     for (std::size_t i = 0; i < pixels(); ++i) {
         float sum = 0;
+        float background = 0;
         for (std::size_t k = 0; k < c; ++k) sum += difference_[i * c + k];
+        for (std::size_t k = 0; k < c; ++k) background += mean_[i * c + k];
         level_[i] = sum / channels;
+        seen_[i] = (sum + background) / channels;
     }
     box_mean(level_, width_, height_, column_, around_);
+    box_mean(seen_, width_, height_, column_, around_seen_);
     const float share_same = 1 - settings_.share_lit - settings_.share_other;
     const float other = settings_.share_other * std::pow(settings_.other_range, -channels);
     const float colour_variance = settings_.light_colour * settings_.light_colour;
@@ -328,15 +333,22 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
             continue;
         }
         const float same = share_same * std::exp(-0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)));
-        const float uneven = unevenness(static_cast<int>(i) % width_, static_cast<int>(i) / width_);
+        const int x = static_cast<int>(i) % width_;
+        const int y = static_cast<int>(i) / width_;
+        const float uneven = unevenness(level_, around_, x, y);
         const float roughness = 1.41421356f * std::max(sigma, 0.03f);
         const float beyond = around_[i] < 0 ? std::max(settings_.darkest - around_[i], 0.0f) : std::max(around_[i] - settings_.brightest, 0.0f);
         const float ends = beyond / settings_.light_spread;
         float log_lit = -0.5f * (uneven * uneven / (roughness * roughness) + ends * ends) - std::log(roughness) - 0.5f * log_two_pi - std::log(range);
         if (channels_ > 1) log_lit += -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance));
         const float lit = settings_.share_lit * std::exp(log_lit);
-        const float sum = other + same + lit;
-        evidence.pixels[i] = {std::max(other - lit, 0.0f) / sum, same / sum};
+        // Something else has any colour; its surface may be as even as a shadow, but then in itself and not beside the background.
+        const float own = unevenness(seen_, around_seen_, x, y);
+        const float own_roughness = 1.41421356f * std::max(sigma, 0.03f);
+        const float even = std::exp(-0.5f * own * own / (own_roughness * own_roughness) - std::log(own_roughness) - 0.5f * log_two_pi);
+        const float something = other * ((1 - settings_.even_things) + settings_.even_things * even);
+        const float sum = something + same + lit;
+        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum, same / sum};
         if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;
     }
 }

@@ -20,6 +20,7 @@ struct EvidenceSettings {
     float light_spread = 0.2f;   // softness of these two ends
     float light_colour = 0.07f;  // by which shadow and sun shift a log colour against their mean: sky and lamps differ
     float other_range = 2;       // over which log colours of other things are spread evenly, each channel
+    float even_things = 0.5f;    // part of other things' pixels that lie in surfaces as even as a shadow
     float static_limit = 0.35f;  // log light by which a pixel may be off its block's at first, to count as unchanged
     float static_close = 0.15f;  // the same once the block's light is known roughly
 };
@@ -94,7 +95,7 @@ private:
     void solve_light(std::vector<float>& difference);
     void learn_noise(const std::vector<std::vector<float>>& frames);
     void add_shift_noise();
-    float unevenness(int x, int y) const;
+    float unevenness(const std::vector<float>& levels, const std::vector<float>& means, int x, int y) const;
     void judge_pixels(Evidence& evidence);
     void keep_colours(Evidence& evidence) const;
 
@@ -108,9 +109,11 @@ private:
 
     // Working memory, kept between frames.
     ColourImage grey_;
-    std::vector<float> difference_;  // log colours of the frame in the background's light, less the background's
-    std::vector<float> level_;       // mean of the channels' differences
-    std::vector<float> around_;      // the same over a window
+    std::vector<float> difference_;   // log colours of the frame in the background's light, less the background's
+    std::vector<float> level_;        // mean of the channels' differences
+    std::vector<float> around_;       // the same over a window
+    std::vector<float> seen_;         // mean of the channels' log colours in the background's light
+    std::vector<float> around_seen_;  // the same over a window
     std::vector<float> column_;
     std::vector<float> sorted_;
     std::vector<float> blocks_;

@@ -1,7 +1,11 @@
 #include "roomfix/overhead/body_observer.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "roomfix/overhead/keep_apart.hpp"
 
 namespace roomfix {
 
@@ -17,16 +21,27 @@ BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObser
         }
     }
     candidates_.resize(bodies_.size());
+    search_from_.assign(bodies_.size(), 0);
 }
 
-const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known) {
+const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known,
+                                                    std::span<const PoseObservation> expected) {
     found_.clear();
     standing_.clear();
     unsure_.clear();
     for (const KnownRobot& robot : known) (robot.sure ? standing_ : unsure_).push_back(robot);
     open_ = wanted;
+    ++moments_;
     if (std::none_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; })) return found_;
+    expected_.assign(wanted.size(), nullptr);
+    for (const PoseObservation& e : expected) {
+        const bool well = e.covariance.topLeftCorner<2, 2>().trace() < settings_.expected_within * settings_.expected_within;
+        if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
+    }
     begin_moment(cameras);
+    while (settle_next()) {
+    }
+    search_rest();
     while (settle_next()) {
     }
     return found_;
@@ -43,12 +58,77 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
         candidates_[kind].clear();
-        for (std::size_t r = 0; r < open_.size(); ++r) {
-            if (!open_[r] || kind_of_[r] != kind) continue;
-            candidates_[kind] = search_.candidates(moment_, bodies_[kind]);
-            break;
-        }
+        expect(kind);
+        // Now and then everywhere, lest a robot be followed that is another thing.
+        const bool turn = (moments_ + static_cast<long>(kind)) % settings_.search_every == 0;
+        if (turn && !candidates_[kind].empty()) search_everywhere(kind);
     }
+}
+
+/// Candidates where robots of a kind should be.
+void BodyObserver::expect(std::size_t kind) {
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (!open_[r] || kind_of_[r] != kind || !expected_[r]) continue;
+        const BodyCandidate found = search_.near(moment_, bodies_[kind], expected_[r]->pose, expected_[r]->covariance);
+        if (found.score > 1) candidates_[kind].push_back(found);
+    }
+    weigh_by_prior(kind);
+}
+
+/// Robots that are expected nowhere, or not found where they are expected, in what nothing explains yet.
+void BodyObserver::search_rest() {
+    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+        if (!is_open(kind) || moments_ < search_from_[kind]) continue;
+        search_everywhere(kind);
+        search_from_[kind] = moments_ + settings_.search_again;  // unless it is found now
+    }
+}
+
+void BodyObserver::search_everywhere(std::size_t kind) {
+    for (const BodyCandidate& candidate : search_.candidates(moment_, bodies_[kind])) candidates_[kind].push_back(candidate);
+    weigh_by_prior(kind);
+    auto& candidates = candidates_[kind];
+    keep_apart(candidates, candidates.size(), [&](const BodyCandidate& a, const BodyCandidate& b) {
+        const double turn = bodies_[kind].round() ? 0 : std::abs(std::remainder(a.pose.yaw - b.pose.yaw, bodies_[kind].symmetry));
+        return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * bodies_[kind].radius && turn < 0.5;
+    });
+}
+
+bool BodyObserver::is_open(std::size_t kind) const {
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (open_[r] && kind_of_[r] == kind) return true;
+    }
+    return false;
+}
+
+/// Nats by which a robot is likelier to stand at a pose than anywhere on the floor.
+double BodyObserver::prior_of(int robot, const Pose2& pose) const {
+    const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)];
+    if (!expected) return 0;
+    constexpr double least = 0.02;  // m: bodies are found no better
+    const Eigen::Matrix2d spread = expected->covariance.topLeftCorner<2, 2>() + least * least * Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d off(pose.x - expected->pose.x, pose.y - expected->pose.y);
+    const double density = std::exp(-0.5 * off.dot(spread.inverse() * off)) / (2 * std::numbers::pi * std::sqrt(spread.determinant()));
+    return std::log((1 - settings_.surprise) * density * settings_.floor + settings_.surprise);
+}
+
+/// The open robot of a kind that is likeliest to stand at a pose; -1: all of them are settled.
+int BodyObserver::likeliest_of(std::size_t kind, const Pose2& pose) const {
+    int best = -1;
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (!open_[r] || kind_of_[r] != kind) continue;
+        if (best < 0 || prior_of(static_cast<int>(r), pose) > prior_of(best, pose)) best = static_cast<int>(r);
+    }
+    return best;
+}
+
+void BodyObserver::weigh_by_prior(std::size_t kind) {
+    auto& candidates = candidates_[kind];
+    for (BodyCandidate& candidate : candidates) {
+        const int robot = likeliest_of(kind, candidate.pose);
+        candidate.prior = robot < 0 ? 0 : prior_of(robot, candidate.pose);
+    }
+    std::sort(candidates.begin(), candidates.end(), [](const BodyCandidate& a, const BodyCandidate& b) { return a.total() > b.total(); });
 }
 
 /// Settles what explains most of what is left, a body or an outline, or leaves it out for good. False: nothing is left to be settled.
@@ -56,10 +136,10 @@ bool BodyObserver::settle_next() {
     std::erase_if(unsure_, [&](const KnownRobot& k) { return !open_[static_cast<std::size_t>(k.robot)] || in_the_way(body(k.robot), k.robot, k.pose); });
     drop_blocked();
     const int best = best_body();
-    double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score;
+    double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].total();
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
-        const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges;
+        const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges + prior_of(u->robot, u->pose);
         if (score <= most) continue;
         most = score;
         outline = u;
@@ -89,7 +169,11 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
     open_[static_cast<std::size_t>(robot)] = 0;
     standing_.push_back({robot, pose});
     take_away(pose, body(robot));
-    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) search_.score_again(moment_, bodies_[kind], candidates_[kind]);
+    search_from_[kind_of_[static_cast<std::size_t>(robot)]] = 0;
+    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+        search_.score_again(moment_, bodies_[kind], candidates_[kind]);
+        weigh_by_prior(kind);
+    }
 }
 
 /// Would a robot at this pose stand in another one that is settled?
@@ -109,9 +193,13 @@ void BodyObserver::drop_blocked() {
 /// The open robot whose body explains most of what is left; -1: none.
 int BodyObserver::best_body() const {
     int best = -1;
-    for (std::size_t r = 0; r < open_.size(); ++r) {
-        if (!open_[r] || candidates_[kind_of_[r]].empty()) continue;
-        if (best < 0 || candidates_[kind_of_[r]][0].score > candidates_[kind_of_[static_cast<std::size_t>(best)]][0].score) best = static_cast<int>(r);
+    double most = 0;
+    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+        if (candidates_[kind].empty() || !is_open(kind)) continue;
+        const BodyCandidate& first = candidates_[kind][0];
+        if (best >= 0 && first.total() <= most) continue;
+        most = first.total();
+        best = likeliest_of(kind, first.pose);
     }
     return best;
 }

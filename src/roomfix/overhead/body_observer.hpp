@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "roomfix/observation/pose_observation.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/body_search.hpp"
 
@@ -35,6 +36,11 @@ struct BodyObserverSettings {
     double plainly_shown = 0.6;      // the same, for the outline's edges to have to show, too ...
     double exact_support = 0.8;      // ... in this part of the outline in view, or the robot is not the solid that the site file describes
     double overlap = 0.8;            // of the circles inside two robots' footprints: nearer to each other than that they cannot stand
+    double floor = 100;              // m^2 over which a robot may stand that nobody expects anywhere
+    double surprise = 0.02;          // probability that a robot is not where it is expected
+    double expected_within = 0.7;    // m, 1 sigma: a robot that is expected no better is looked for everywhere
+    int search_every = 10;           // moments: so often expected robots are looked for everywhere, too
+    int search_again = 3;            // moments after which a robot is looked for again that was found nowhere
     double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -44,8 +50,9 @@ public:
     explicit BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings = {});
 
     /// `wanted`: a flag for each robot of the site. Likeliest first; what one explains the next ones do not find again. Look-alikes share one
-    /// search.
-    const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {});
+    /// search. `expected`: where robots should be by all that was seen of them before; they are looked for there first.
+    const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {},
+                                          std::span<const PoseObservation> expected = {});
     /// After find(): did the robot turn out to stand there? If not, its outline was something else's.
     bool holds(const KnownRobot& known) const;
 
@@ -63,6 +70,13 @@ public:
 
 private:
     void begin_moment(std::span<const SeenBy> cameras);
+    void expect(std::size_t kind);
+    void search_rest();
+    void search_everywhere(std::size_t kind);
+    double prior_of(int robot, const Pose2& pose) const;
+    int likeliest_of(std::size_t kind, const Pose2& pose) const;
+    void weigh_by_prior(std::size_t kind);
+    bool is_open(std::size_t kind) const;
     bool settle_next();
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
@@ -79,10 +93,14 @@ private:
     std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
     std::vector<BodySighting> found_;
     // Of the moment that is looked at:
-    std::vector<char> open_;            // of each robot: not settled yet
-    std::vector<KnownRobot> unsure_;    // outlines that have to hold yet
-    std::vector<KnownRobot> standing_;  // robots that are settled
+    std::vector<char> open_;                        // of each robot: not settled yet
+    std::vector<KnownRobot> unsure_;                // outlines that have to hold yet
+    std::vector<KnownRobot> standing_;              // robots that are settled
+    std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     PlaceMemory memory_;
+    // From moment to moment:
+    long moments_ = 0;
+    std::vector<long> search_from_;  // of each body: the moment from which it may be looked for everywhere again
 };
 
 }  // namespace roomfix

@@ -51,7 +51,7 @@ Eigen::Vector2d normal_pair(double u, double v) {
     return {r * std::cos(2 * std::numbers::pi * v), r * std::sin(2 * std::numbers::pi * v)};
 }
 
-bool better(const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; }
+bool better(const BodyCandidate& a, const BodyCandidate& b) { return a.total() > b.total(); }
 
 Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.yaw + by.z())}; }
 
@@ -116,11 +116,13 @@ std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const
     constexpr double least_weight = 0.02;
     std::vector<BodyPlace> places;
     if (candidates.empty()) return places;
-    const double trust = trust_in(candidates[0].score);
-    double weights = std::exp(trust * (settings_.odds_of_clutter - candidates[0].score));  // that it is none of them
-    for (const BodyCandidate& candidate : candidates) weights += std::exp(trust * (candidate.score - candidates[0].score));
+    const BodyCandidate& first = candidates[0];
+    const double trust = trust_in(first.score);
+    const auto weight_of = [&](const BodyCandidate& c) { return std::exp(trust * (c.score - first.score) + c.prior - first.prior); };
+    double weights = std::exp(trust * (settings_.odds_of_clutter - first.score) - first.prior);  // that it is none of them
+    for (const BodyCandidate& candidate : candidates) weights += weight_of(candidate);
     for (const BodyCandidate& candidate : candidates) {
-        const double weight = std::exp(trust * (candidate.score - candidates[0].score)) / weights;
+        const double weight = weight_of(candidate) / weights;
         if (places.size() == most || (!places.empty() && weight < least_weight)) break;
         places.push_back(measure(cameras, body, candidate));
         places.back().weight = weight;
@@ -233,6 +235,22 @@ void BodySearch::compare_looks(std::span<const SeenBy> cameras, const Body& body
     for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
 }
 
+BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread.topLeftCorner<2, 2>());
+    const Eigen::Vector2d sigma = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+    const double step = std::clamp(sigma.maxCoeff(), 0.05 * body.radius, 0.3 * body.radius);
+    BodyCandidate best{pose, score(cameras, body, pose)};
+    // Known worse than a climb reaches: from several places.
+    for (int axis = 0; axis < 2; ++axis) {
+        for (double off = -2 * sigma[axis]; sigma[axis] > 0.3 * body.radius && off <= 2 * sigma[axis]; off += 0.5 * body.radius) {
+            const Pose2 there = moved(pose, {off * axes.eigenvectors()(0, axis), off * axes.eigenvectors()(1, axis), 0});
+            const double here = score(cameras, body, there);
+            if (here > best.score) best = {there, here};
+        }
+    }
+    return climb(cameras, body, best, step);
+}
+
 /// Climbs by trying steps along each axis, ever smaller ones.
 BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse) {
     const double smallest = step / 32;
@@ -246,7 +264,7 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
                 const Pose2 pose = moved(start.pose, by);
                 const double here = score(cameras, body, pose, coarse);
                 if (here <= start.score) continue;
-                start = {pose, here};
+                start = {pose, here, start.prior};
                 improved = true;
             }
             if (!improved) break;
@@ -364,7 +382,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
     const auto look = agreement(cameras, body, place.pose);
-    double odds = place.log_ratio - settings_.odds_of_clutter;
+    double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;

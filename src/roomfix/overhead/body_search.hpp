@@ -53,6 +53,9 @@ struct BodyPlace {
 struct BodyCandidate {
     Pose2 pose;
     double score = 0;
+    double prior = 0;  // nats by which such a robot is likelier to stand here than anywhere, from what was seen before
+
+    double total() const { return score + prior; }
 };
 
 /// Keeps its working memory.
@@ -72,6 +75,8 @@ public:
     /// How well the body's look agrees with what the cameras see at a pose, nats per spot; nothing where it is not known, or hardly in view.
     /// Every `step`-th spot is compared.
     std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step = 1);
+    /// What explains the pictures near a pose that is known to `spread` (m^2, rad^2; x, y, yaw).
+    BodyCandidate near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread);
     /// The best pose near one, in steps from `step` (m) down.
     BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -56,6 +57,8 @@ void OverheadObserver::observe_outlines(LumaView frame) {
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
     found_.clear();
     masks_ = {&foreground_.mask, &foreground_.shadow};
+    ++frame_number_;
+    find_expected(evidence);
     const auto count = std::min(components.size(), static_cast<std::size_t>(settings_.most_blobs));
     for (std::size_t i = 0; i < count; ++i) explain(evidence, components[i]);
     if (found_.size() > 1) refit_together(evidence);
@@ -83,7 +86,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
         known_.push_back(known_by_outline(o));
     }
     if (bodies_wanted_) {
-        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_, known_)) {
+        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_, known_, expected_)) {
             auto outline = std::find_if(result.observations.begin(), result.observations.end(), [&](const auto& o) { return o.robot == sighting.robot; });
             if (outline != result.observations.end() && bodies_.agrees({&seen, 1}, sighting.robot, outline->pose, sighting.place)) continue;
             if (outline != result.observations.end()) result.observations.erase(outline);
@@ -115,6 +118,24 @@ void OverheadObserver::learn_from(const PictureView& frame) {
 void OverheadObserver::find_foreground(LumaView frame) {
     background_.classify_solid(frame, foreground_);
     close(foreground_.mask, scratch_);
+}
+
+/// Robots of exact shape that stand where they are expected: one fit each.
+void OverheadObserver::find_expected(const FrameEvidence& evidence) {
+    for (const PoseObservation& expected : expected_) {
+        const auto r = static_cast<std::size_t>(expected.robot);
+        const ShapePoints& shape = shapes_[r];
+        if (robots_[r].many || shape.size_sigma >= soft_size || !available(expected.robot) || found_.size() == found_.capacity()) continue;
+        const Eigen::Matrix2d spread = expected.covariance.topLeftCorner<2, 2>();
+        if (spread.trace() > settings_.expected_within * settings_.expected_within || !(shape.round() || expected.yaw_known)) continue;
+        Found found{expected.robot};
+        found.fit = fit_outline(evidence, view_, shape, expected.pose, {}, settings_.fit);
+        if (!found.fit.determined || found.fit.score < settings_.good_score || may_stand_behind(evidence, shape, found.fit)) continue;
+        const Eigen::Vector2d off(found.fit.pose.x - expected.pose.x, found.fit.pose.y - expected.pose.y);
+        if (off.dot((spread + found.fit.covariance.topLeftCorner<2, 2>()).inverse() * off) > settings_.expected_gate) continue;
+        found.coarse = coarse_agreement(masks_, view_, shape, found.fit.pose, {});
+        if (acceptable(found)) found_.push_back(found);
+    }
 }
 
 /// Finds the robots of one connected piece of foreground, one after the other while there is enough of it left.
@@ -170,6 +191,7 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
         }
     }
+    if (!searches()) return best;
     // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
     const Blob clearer = look_closer(evidence.frame, blob);
     const Pose2 guess = best.fit.determined ? best.fit.pose : best.coarse.pose;

@@ -54,6 +54,7 @@ double CameraPost::look(const PictureView& frame, Nanoseconds time, const FrameH
 /// Outlines, and the tags of robots that wear one. A tag says more than an outline.
 void CameraPost::watch(const PictureView& frame, const FrameHints& hints) {
     observer_->set_elsewhere(hints.elsewhere);
+    observer_->set_expected(hints.robots);
     observer_->look_for_bodies(hints.bodies);
     observer_->observe(frame, result_);
     poses_ = poses_of(result_.observations);

@@ -4,7 +4,7 @@
 
 namespace roomfix {
 
-JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
+JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, std::span<const PoseObservation> expected) {
     JointSighting together;
     std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;
@@ -21,7 +21,7 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts) {
             if (post->sees_tag_of(static_cast<int>(r))) wanted[r] = 0;
         }
     }
-    for (const BodySighting& body : observer_.find(moment, wanted, known)) {
+    for (const BodySighting& body : observer_.find(moment, wanted, known, expected)) {
         const Body& shape = observer_.body(body.robot);
         bool exact = false;
         for (std::size_t c = 0; c < posts.size(); ++c) {

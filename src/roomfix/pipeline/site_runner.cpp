@@ -147,7 +147,7 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
         if (looks[i]) looks[i] = look(frames[i], hints[i]);
     });
     JointSighting joint;
-    if (fixed >= 2) joint = look_together(frames, looks);
+    if (fixed >= 2) joint = look_together(frames, looks, hints);
     for (std::size_t i = 0; i < frames.size(); ++i) {
         tell_until(frames[i].time);
         if (looks[i]) report(frames[i], *looks[i]);
@@ -161,13 +161,18 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
 }
 
 /// What fixed cameras that looked at the same moment show together.
-JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks) {
+JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks,
+                                        const std::vector<FrameHints>& hints) {
     std::vector<CameraPost*> posts;
+    std::span<const PoseObservation> expected;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         CameraPost* post = stations_[frames[i].camera]->post.get();
-        if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) posts.push_back(post);
+        if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) {
+            posts.push_back(post);
+            expected = hints[i].robots;
+        }
     }
-    return posts.empty() ? JointSighting() : joint_bodies_.find(posts);
+    return posts.empty() ? JointSighting() : joint_bodies_.find(posts, expected);
 }
 
 SiteRunner::Look SiteRunner::look(const CameraFrame& frame, const FrameHints& hints) {
@@ -181,11 +186,24 @@ SiteRunner::Look SiteRunner::look(const CameraFrame& frame, const FrameHints& hi
 FrameHints SiteRunner::hints_for(const CameraPost& post, Nanoseconds time) const {
     const std::lock_guard lock(mutex_);
     FrameHints hints;
-    if (post.is_fixed()) hints.elsewhere = robots_elsewhere(post, time);
+    if (post.is_fixed()) {
+        hints.elsewhere = robots_elsewhere(post, time);
+        hints.robots = expected_robots(time);
+    }
     if (post.robot() < 0) return hints;
     hints.ranges = ears_.near(post.robot(), time);
     hints.expected = tracker_.expected(post.robot(), time);
     return hints;
+}
+
+/// Where the robots should be that are followed. The mutex is held.
+std::vector<PoseObservation> SiteRunner::expected_robots(Nanoseconds time) const {
+    std::vector<PoseObservation> expected;
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        if (site_.robots[r].many) continue;
+        if (const auto robot = tracker_.expected(static_cast<int>(r), time)) expected.push_back(*robot);
+    }
+    return expected;
 }
 
 /// Robots that are surely where a fixed camera does not see them, each with a flag: behind a wall, or outside the picture. The

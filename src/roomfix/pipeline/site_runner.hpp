@@ -124,10 +124,11 @@ private:
     explicit SiteRunner(const Site& site);
     Result<void> check_size(const CameraFrame& frame);
     FrameHints hints_for(const CameraPost& post, Nanoseconds time) const;
+    std::vector<PoseObservation> expected_robots(Nanoseconds time) const;
     std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
     void report(const CameraFrame& frame, const Look& look);
-    JointSighting look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks);
+    JointSighting look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
     std::optional<double> latency(Nanoseconds time) const;
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
