@@ -47,6 +47,26 @@ void box_mean(const std::vector<float>& from, int width, int height, std::vector
 
 }  // namespace
 
+void Evidence::explain_shadows(std::vector<int>& from) {
+    constexpr float least = 0.05f;
+    while (!from.empty()) {
+        const int i = from.back();
+        from.pop_back();
+        const int x = i % width;
+        const auto visit = [&](int next) {
+            float& shadow = perhaps[static_cast<std::size_t>(next)];
+            if (shadow < least) return;
+            pixels[static_cast<std::size_t>(next)].other -= shadow;
+            shadow = 0;
+            from.push_back(next);
+        };
+        if (x > 0) visit(i - 1);
+        if (x + 1 < width) visit(i + 1);
+        if (i >= width) visit(i - width);
+        if (i + width < width * height) visit(i + width);
+    }
+}
+
 void Evidence::sum_up() {
     const auto line = static_cast<std::size_t>(width) + 1;
     row_sums.assign(line * static_cast<std::size_t>(height), {});
@@ -315,6 +335,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     const float colour_variance = settings_.light_colour * settings_.light_colour;
     const float range = settings_.brightest - settings_.darkest;
     evidence.pixels.resize(pixels());
+    evidence.perhaps.assign(pixels(), 0.0f);
     if (evidence.with_colours) evidence.as_background.resize(pixels());
     const float log_other = std::log(other / settings_.share_other);
     for (std::size_t i = 0; i < pixels(); ++i) {
@@ -348,7 +369,9 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float even = std::exp(-0.5f * own * own / (own_roughness * own_roughness) - std::log(own_roughness) - 0.5f * log_two_pi);
         const float something = other * ((1 - settings_.even_things) + settings_.even_things * even);
         const float sum = something + same + lit;
-        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum, same / sum};
+        const float perhaps = settings_.perhaps * std::min(something, lit) / sum;
+        evidence.perhaps[i] = perhaps;
+        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + perhaps, same / sum};
         if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;
     }
 }

@@ -21,6 +21,7 @@ struct EvidenceSettings {
     float light_colour = 0.07f;  // by which shadow and sun shift a log colour against their mean: sky and lamps differ
     float other_range = 2;       // over which log colours of other things are spread evenly, each channel
     float even_things = 0.5f;    // part of other things' pixels that lie in surfaces as even as a shadow
+    float perhaps = 0.25f;       // part of what may as well be a shadow that counts as something else until a robot explains it
     float static_limit = 0.35f;  // log light by which a pixel may be off its block's at first, to count as unchanged
     float static_close = 0.15f;  // the same once the block's light is known roughly
 };
@@ -38,6 +39,7 @@ struct Evidence {
     int height = 0;
     int scale = 1;               // pixels of the frame per pixel here
     std::vector<Sums> pixels;    // row-major
+    std::vector<float> perhaps;  // part of a pixel's `other` that may as well be a shadow
     std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
     std::vector<Sums> box_sums;  // (width + 1) x (height + 1): of all pixels above and to the left
     double clutter = 0;          // part of what the picture tells that is something else
@@ -61,6 +63,9 @@ struct Evidence {
         const Sums a = at(right, bottom), b = at(left, bottom), c = at(right, top), d = at(left, top);
         return {a.other - b.other - c.other + d.other, a.plain - b.plain - c.plain + d.plain};
     }
+    /// Something stands on these pixels: what may be a shadow and hangs together with them is its shadow, and counts for nothing else. `pixels`
+    /// is used up. The sums have to be filled anew.
+    void explain_shadows(std::vector<int>& from);
     /// Fills the sums from `pixels`.
     void sum_up();
 };

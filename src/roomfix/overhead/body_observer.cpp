@@ -216,16 +216,20 @@ bool BodyObserver::wants_colours() const {
     return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });
 }
 
-/// What a body explains says nothing about others: as if it was the background.
+/// What a body covers says nothing about others: neither that they are there, nor that they are not.
 void BodyObserver::take_away(const Pose2& pose, const Body& body) {
     for (std::size_t c = 0; c < moment_.size(); ++c) {
         Evidence& evidence = left_[c];
         cover(*moment_[c].view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
         if (!memory_.mask.valid || memory_.mask.spans.empty()) continue;
+        covered_.clear();
         for (const Span& span : memory_.mask.spans) {
-            Evidence::Sums* row = evidence.pixels.data() + static_cast<std::ptrdiff_t>(span.y) * evidence.width;
-            std::fill(row + span.begin, row + span.end, Evidence::Sums{0, 1});
+            const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(span.y) * evidence.width;
+            std::fill(evidence.pixels.data() + row + span.begin, evidence.pixels.data() + row + span.end, Evidence::Sums{0, 0});
+            std::fill(evidence.perhaps.data() + row + span.begin, evidence.perhaps.data() + row + span.end, 0.0f);
+            for (int x = span.begin; x < span.end; ++x) covered_.push_back(static_cast<int>(row) + x);
         }
+        evidence.explain_shadows(covered_);
         evidence.sum_up();
     }
 }

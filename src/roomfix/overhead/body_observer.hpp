@@ -98,6 +98,7 @@ private:
     std::vector<KnownRobot> standing_;              // robots that are settled
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     PlaceMemory memory_;
+    std::vector<int> covered_;  // pixels of the robot that is taken away
     // From moment to moment:
     long moments_ = 0;
     std::vector<long> search_from_;  // of each body: the moment from which it may be looked for everywhere again

@@ -17,9 +17,9 @@ struct Samples {
     double k = 0;
 };
 
-Samples samples_of(const Evidence::Sums& sums, const PlaceScoreSettings& settings) {
-    const double n = static_cast<double>(sums.other + sums.plain) / settings.pixels_per_sample;
-    return {n, std::clamp(static_cast<double>(sums.other) / settings.pixels_per_sample, 0.0, n)};
+Samples samples_of(const Evidence::Sums& sums, double pixels_per_sample) {
+    const double n = static_cast<double>(sums.other + sums.plain) / pixels_per_sample;
+    return {n, std::clamp(static_cast<double>(sums.other) / pixels_per_sample, 0.0, n)};
 }
 
 /// Log probability of one order of k of n, the part of them being of a Beta distribution.
@@ -70,8 +70,9 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     const Evidence::Sums inside = sum_over(evidence, mask, step);
     const double clutter = clutter_around(evidence, mask, inside, settings);
 
-    const Samples all = samples_of(inside, settings);
-    const Samples middle = samples_of(core, settings);
+    const double pixels_per_sample = std::max(settings.pixels_per_sample, mask.whole / settings.most_samples);
+    const Samples all = samples_of(inside, pixels_per_sample);
+    const Samples middle = samples_of(core, pixels_per_sample);
     const double rim_n = std::max(all.n - middle.n, 0.0);
     const Samples rim{rim_n, std::clamp(all.k - middle.k, 0.0, rim_n)};
     score.samples = all.n;
@@ -82,7 +83,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     double ratio = body_here - nothing_here;
     if (!coarse && body.placed_by_look() && evidence.with_colours) {
         const LookScore look = score_look(view, evidence, body.learned->look, pose, settings.look.usual_clutter, settings.look, memory.spots);
-        if (look.seen >= settings.look.least_spots) ratio = look.per_spot * mask.whole / settings.pixels_per_sample;
+        if (look.seen >= settings.look.least_spots) ratio = look.per_spot * mask.whole / pixels_per_sample;
     }
     // It may be hidden altogether.
     score.log_ratio = ratio > 20 ? ratio + std::log(1 - settings.hidden) : std::log(settings.hidden + (1 - settings.hidden) * std::exp(ratio));

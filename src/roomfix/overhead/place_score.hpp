@@ -16,6 +16,7 @@ struct PlaceScoreSettings {
     double rim_filled = 1.2;   // the same of what lies between the core and the body's outline: even, since bodies are rough
     double rim_open = 1.0;
     double pixels_per_sample = 15;  // px of the small picture that say as much as one independent one: neighbours are alike
+    double most_samples = 80;       // of a whole body: what it is made of is as large in a near picture as the body itself
     double least_clutter = 0.02;    // part of the pixels that differ anywhere
     double usual_weight = 0.25;     // of the body's pixels: so many of the whole picture count along with those around
     double surroundings = 0.5;      // of the body's box, to each side: where clutter is counted
