@@ -367,9 +367,9 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float own = unevenness(seen_, around_seen_, x, y);
         const float own_roughness = 1.41421356f * std::max(sigma, 0.03f);
         const float even = std::exp(-0.5f * own * own / (own_roughness * own_roughness) - std::log(own_roughness) - 0.5f * log_two_pi);
-        const float something = other * ((1 - settings_.even_things) + settings_.even_things * even);
+        const float something = channels_ > 1 ? other : other * ((1 - settings_.even_things) + settings_.even_things * even);
         const float sum = something + same + lit;
-        const float perhaps = settings_.perhaps * std::min(something, lit) / sum;
+        const float perhaps = channels_ > 1 ? 0 : settings_.perhaps * std::min(something, lit) / sum;
         evidence.perhaps[i] = perhaps;
         evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + perhaps, same / sum};
         if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;

@@ -21,33 +21,41 @@ BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObser
         }
     }
     candidates_.resize(bodies_.size());
-    search_from_.assign(bodies_.size(), 0);
 }
 
 const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known,
-                                                    std::span<const PoseObservation> expected) {
+                                                    const Expectation& expected) {
     found_.clear();
     standing_.clear();
     unsure_.clear();
     for (const KnownRobot& robot : known) (robot.sure ? standing_ : unsure_).push_back(robot);
     open_ = wanted;
-    ++moments_;
     if (std::none_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; })) return found_;
     expected_.assign(wanted.size(), nullptr);
-    for (const PoseObservation& e : expected) {
+    for (const PoseObservation& e : expected.robots) {
         const bool well = e.covariance.topLeftCorner<2, 2>().trace() < settings_.expected_within * settings_.expected_within;
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     begin_moment(cameras);
-    while (settle_next()) {
+    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+        candidates_[kind].clear();
+        look_where_expected(kind);
+        // Now and then everywhere, lest a robot be followed that is another thing.
+        const bool turn = expected.search && (searches_ + static_cast<long>(kind)) % settings_.search_expected == 0;
+        if (turn && !candidates_[kind].empty()) search_everywhere(kind);
     }
-    search_rest();
-    while (settle_next()) {
+    while (settle_next(true)) {
+    }
+    searches_ += expected.search ? 1 : 0;
+    for (std::size_t kind = 0; kind < bodies_.size() && expected.search; ++kind) {
+        if (is_open(kind)) search_everywhere(kind);
+    }
+    while (settle_next(false)) {
     }
     return found_;
 }
 
-/// What is seen, less what the robots explain that are settled from the start, and where the others may be.
+/// What is seen, less what the robots explain that are settled from the start.
 void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     left_.resize(cameras.size());
     moment_.assign(cameras.begin(), cameras.end());
@@ -56,17 +64,10 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
         moment_[c].evidence = &left_[c];
     }
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
-    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
-        candidates_[kind].clear();
-        expect(kind);
-        // Now and then everywhere, lest a robot be followed that is another thing.
-        const bool turn = (moments_ + static_cast<long>(kind)) % settings_.search_every == 0;
-        if (turn && !candidates_[kind].empty()) search_everywhere(kind);
-    }
 }
 
 /// Candidates where robots of a kind should be.
-void BodyObserver::expect(std::size_t kind) {
+void BodyObserver::look_where_expected(std::size_t kind) {
     for (std::size_t r = 0; r < open_.size(); ++r) {
         if (!open_[r] || kind_of_[r] != kind || !expected_[r]) continue;
         const BodyCandidate found = search_.near(moment_, bodies_[kind], expected_[r]->pose, expected_[r]->covariance);
@@ -75,15 +76,7 @@ void BodyObserver::expect(std::size_t kind) {
     weigh_by_prior(kind);
 }
 
-/// Robots that are expected nowhere, or not found where they are expected, in what nothing explains yet.
-void BodyObserver::search_rest() {
-    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
-        if (!is_open(kind) || moments_ < search_from_[kind]) continue;
-        search_everywhere(kind);
-        search_from_[kind] = moments_ + settings_.search_again;  // unless it is found now
-    }
-}
-
+/// Candidates all over the floor, in what nothing explains yet.
 void BodyObserver::search_everywhere(std::size_t kind) {
     for (const BodyCandidate& candidate : search_.candidates(moment_, bodies_[kind])) candidates_[kind].push_back(candidate);
     weigh_by_prior(kind);
@@ -132,13 +125,15 @@ void BodyObserver::weigh_by_prior(std::size_t kind) {
 }
 
 /// Settles what explains most of what is left, a body or an outline, or leaves it out for good. False: nothing is left to be settled.
-bool BodyObserver::settle_next() {
+/// `only_expected`: outlines of robots that nobody expects anywhere wait until the floor has been searched for their bodies.
+bool BodyObserver::settle_next(bool only_expected) {
     std::erase_if(unsure_, [&](const KnownRobot& k) { return !open_[static_cast<std::size_t>(k.robot)] || in_the_way(body(k.robot), k.robot, k.pose); });
     drop_blocked();
     const int best = best_body();
     double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].total();
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
+        if (only_expected && !expected_[static_cast<std::size_t>(u->robot)]) continue;
         const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges + prior_of(u->robot, u->pose);
         if (score <= most) continue;
         most = score;
@@ -169,7 +164,6 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
     open_[static_cast<std::size_t>(robot)] = 0;
     standing_.push_back({robot, pose});
     take_away(pose, body(robot));
-    search_from_[kind_of_[static_cast<std::size_t>(robot)]] = 0;
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
         search_.score_again(moment_, bodies_[kind], candidates_[kind]);
         weigh_by_prior(kind);

@@ -28,6 +28,12 @@ struct KnownRobot {
 /// What an outline says of its robot.
 KnownRobot known_by_outline(const SilhouetteObservation& outline);
 
+/// What is known before a moment is looked at.
+struct Expectation {
+    std::vector<PoseObservation> robots;  // where robots should be by all that was seen of them before: they are looked for there first
+    bool search = true;                   // everywhere, too, for what no expected robot explains
+};
+
 struct BodyObserverSettings {
     BodySearchSettings search;
     double least_probability = 0.5;  // of a body against clutter, to be a sighting
@@ -39,8 +45,7 @@ struct BodyObserverSettings {
     double floor = 100;              // m^2 over which a robot may stand that nobody expects anywhere
     double surprise = 0.02;          // probability that a robot is not where it is expected
     double expected_within = 0.7;    // m, 1 sigma: a robot that is expected no better is looked for everywhere
-    int search_every = 10;           // moments: so often expected robots are looked for everywhere, too
-    int search_again = 3;            // moments after which a robot is looked for again that was found nowhere
+    int search_expected = 3;         // searches: in each of so many, expected robots are looked for everywhere, too
     double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -50,9 +55,9 @@ public:
     explicit BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings = {});
 
     /// `wanted`: a flag for each robot of the site. Likeliest first; what one explains the next ones do not find again. Look-alikes share one
-    /// search. `expected`: where robots should be by all that was seen of them before; they are looked for there first.
+    /// search.
     const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {},
-                                          std::span<const PoseObservation> expected = {});
+                                          const Expectation& expected = {});
     /// After find(): did the robot turn out to stand there? If not, its outline was something else's.
     bool holds(const KnownRobot& known) const;
 
@@ -70,14 +75,13 @@ public:
 
 private:
     void begin_moment(std::span<const SeenBy> cameras);
-    void expect(std::size_t kind);
-    void search_rest();
+    void look_where_expected(std::size_t kind);
     void search_everywhere(std::size_t kind);
     double prior_of(int robot, const Pose2& pose) const;
     int likeliest_of(std::size_t kind, const Pose2& pose) const;
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
-    bool settle_next();
+    bool settle_next(bool only_expected);
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     void drop_blocked();
@@ -99,9 +103,7 @@ private:
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     PlaceMemory memory_;
     std::vector<int> covered_;  // pixels of the robot that is taken away
-    // From moment to moment:
-    long moments_ = 0;
-    std::vector<long> search_from_;  // of each body: the moment from which it may be looked for everywhere again
+    long searches_ = 0;
 };
 
 }  // namespace roomfix

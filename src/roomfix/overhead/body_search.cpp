@@ -67,8 +67,10 @@ bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place) {
 
 double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse) {
     double sum = 0;
+    const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
     for (const SeenBy& camera : cameras) {
-        if (in_sight(camera, {pose.x, pose.y})) sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, memory_, coarse).log_ratio;
+        if (!in_sight(camera, {pose.x, pose.y})) continue;
+        sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, memory_, coarse, most_samples).log_ratio;
     }
     return sum;
 }

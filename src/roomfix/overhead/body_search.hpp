@@ -21,6 +21,8 @@ bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place);
 
 struct BodySearchSettings {
     PlaceScoreSettings score;
+    double samples_together = 80;   // of a body in each of several cameras: a near one must not outvote the others, since what the description leaves
+                                    // out is as large in its picture as the body
     double coarse_step = 0.45;      // of the body's radius, between places that are tried first
     double least_step = 0.05;       // m, of the coarse places
     int most_places = 40000;        // tried at first; the step grows where the floor is larger

@@ -57,7 +57,6 @@ void OverheadObserver::observe_outlines(LumaView frame) {
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
     found_.clear();
     masks_ = {&foreground_.mask, &foreground_.shadow};
-    ++frame_number_;
     find_expected(evidence);
     const auto count = std::min(components.size(), static_cast<std::size_t>(settings_.most_blobs));
     for (std::size_t i = 0; i < count; ++i) explain(evidence, components[i]);
@@ -122,7 +121,7 @@ void OverheadObserver::find_foreground(LumaView frame) {
 
 /// Robots of exact shape that stand where they are expected: one fit each.
 void OverheadObserver::find_expected(const FrameEvidence& evidence) {
-    for (const PoseObservation& expected : expected_) {
+    for (const PoseObservation& expected : expected_.robots) {
         const auto r = static_cast<std::size_t>(expected.robot);
         const ShapePoints& shape = shapes_[r];
         if (robots_[r].many || shape.size_sigma >= soft_size || !available(expected.robot) || found_.size() == found_.capacity()) continue;
@@ -191,7 +190,7 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
         }
     }
-    if (!searches()) return best;
+    if (!expected_.search) return best;
     // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
     const Blob clearer = look_closer(evidence.frame, blob);
     const Pose2 guess = best.fit.determined ? best.fit.pose : best.coarse.pose;

@@ -31,7 +31,6 @@ struct OverheadSettings {
     double least_filled = 0.42;     // part of the silhouette that is foreground, for many soft targets
     double least_in_picture = 0.5;  // part of a soft target's silhouette that must be in the picture
     double least_left = 0.2;        // part of a silhouette that must be unexplained foreground to look for another robot
-    int search_every = 6;           // frames: so often all that no expected robot explains is searched for others
     double expected_within = 0.5;   // m, 1 sigma: a robot that is expected no better is looked for everywhere
     double expected_gate = 25;      // squared Mahalanobis distance from where it is expected, up to which an outline found there is the robot's
     int most_blobs = 32;
@@ -63,7 +62,7 @@ public:
     void set_elsewhere(const std::vector<char>& elsewhere) { elsewhere_ = elsewhere; }
 
     /// Where robots are expected in the next frame: they are looked for there first, and everywhere only now and then.
-    void set_expected(const std::vector<PoseObservation>& expected) { expected_ = expected; }
+    void set_expected(const Expectation& expected) { expected_ = expected; }
 
     /// False: the whole body is left to somebody who looks at several cameras together; only outlines are observations.
     void look_for_bodies(bool look) { bodies_wanted_ = look; }
@@ -91,7 +90,6 @@ private:
     void observe_bodies(const PictureView& frame, OverheadResult& result);
     void find_foreground(LumaView frame);
     void find_expected(const FrameEvidence& evidence);
-    bool searches() const { return expected_.empty() || frame_number_ % settings_.search_every == 0; }
     void explain(const FrameEvidence& evidence, const Component& component);
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
@@ -112,8 +110,7 @@ private:
     View view_;
     std::vector<SiteRobot> robots_;
     std::vector<char> elsewhere_;
-    std::vector<PoseObservation> expected_;
-    int frame_number_ = 0;
+    Expectation expected_;
     std::vector<Polyline> walls_;
     std::vector<ShapePoints> shapes_;
     OverheadSettings settings_;

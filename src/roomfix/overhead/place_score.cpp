@@ -51,7 +51,7 @@ double clutter_around(const Evidence& evidence, const BodyMask& mask, const Evid
 }  // namespace
 
 PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
-                       bool coarse) {
+                       bool coarse, double most_samples) {
     PlaceScore score;
     BodyMask& mask = memory.mask;
     int step = 1;
@@ -70,7 +70,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     const Evidence::Sums inside = sum_over(evidence, mask, step);
     const double clutter = clutter_around(evidence, mask, inside, settings);
 
-    const double pixels_per_sample = std::max(settings.pixels_per_sample, mask.whole / settings.most_samples);
+    const double pixels_per_sample = std::max(settings.pixels_per_sample, mask.whole / most_samples);
     const Samples all = samples_of(inside, pixels_per_sample);
     const Samples middle = samples_of(core, pixels_per_sample);
     const double rim_n = std::max(all.n - middle.n, 0.0);

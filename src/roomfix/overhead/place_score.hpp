@@ -16,7 +16,6 @@ struct PlaceScoreSettings {
     double rim_filled = 1.2;   // the same of what lies between the core and the body's outline: even, since bodies are rough
     double rim_open = 1.0;
     double pixels_per_sample = 15;  // px of the small picture that say as much as one independent one: neighbours are alike
-    double most_samples = 80;       // of a whole body: what it is made of is as large in a near picture as the body itself
     double least_clutter = 0.02;    // part of the pixels that differ anywhere
     double usual_weight = 0.25;     // of the body's pixels: so many of the whole picture count along with those around
     double surroundings = 0.5;      // of the body's box, to each side: where clutter is counted
@@ -40,7 +39,8 @@ struct PlaceMemory {
 };
 
 /// Where the body's look is known and the evidence has its colours, they decide instead of how much differs. `coarse`: they are left out.
+/// `most_samples`: of a whole body, however large it is in the picture.
 PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
-                       bool coarse = false);
+                       bool coarse = false, double most_samples = 1e9);
 
 }  // namespace roomfix

@@ -20,7 +20,7 @@ constexpr double likely = 0.9;  // weight of a place that is believed, and of a 
 /// What is known before a frame is looked at.
 struct FrameHints {
     bool bodies = true;                       // of a fixed camera: looks for whole bodies by itself
-    std::vector<PoseObservation> robots;      // where robots are expected in the view of a fixed camera
+    Expectation robots;                       // of a fixed camera
     std::vector<char> elsewhere;              // of each robot: 1 if it surely is where a fixed camera does not see it
     std::vector<RangeObservation> ranges;     // of the robot that carries the camera
     std::optional<PoseObservation> expected;  // where that robot should be

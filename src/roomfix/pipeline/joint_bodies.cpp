@@ -4,7 +4,7 @@
 
 namespace roomfix {
 
-JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, std::span<const PoseObservation> expected) {
+JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const Expectation& expected) {
     JointSighting together;
     std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;

@@ -1,7 +1,6 @@
 // Robots found by their bodies in all fixed cameras that looked at the same moment: one slanting view says little along its ray, several do.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -20,8 +19,8 @@ public:
     explicit JointBodies(const Site& site) : robots_(site.robots), walls_(site.walls), observer_(site.robots) {}
 
     /// Robots of which none of the cameras has an outline beyond doubt. The posts have looked at their frames of this moment; doubtful outlines
-    /// that contradict what all cameras show together are taken back. `expected`: where the robots should be.
-    JointSighting find(const std::vector<CameraPost*>& posts, std::span<const PoseObservation> expected = {});
+    /// that contradict what all cameras show together are taken back.
+    JointSighting find(const std::vector<CameraPost*>& posts, const Expectation& expected = {});
 
 private:
     std::vector<SiteRobot> robots_;

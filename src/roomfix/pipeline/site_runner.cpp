@@ -122,7 +122,9 @@ Result<void> SiteRunner::check_size(const CameraFrame& frame) {
 
 Result<void> SiteRunner::feed(const CameraFrame& frame) {
     if (auto fits = check_size(frame); !fits) return fits;
-    report(frame, look(frame, hints_for(*stations_[frame.camera]->post, frame.time)));
+    FrameHints hints = hints_for(*stations_[frame.camera]->post, frame.time);
+    hints.robots.search = may_search(frame);
+    report(frame, look(frame, hints));
     return {};
 }
 
@@ -141,7 +143,10 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
         looks[i].emplace();
     }
     const auto fixed = std::count_if(frames.begin(), frames.end(), [this](const CameraFrame& f) { return is_fixed(f.camera); });
-    for (FrameHints& hint : hints) hint.bodies = fixed < 2;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        hints[i].bodies = fixed < 2;
+        hints[i].robots.search = may_search(frames[i]);
+    }
     pool.run(static_cast<int>(frames.size()), [&](int job) {
         const auto i = static_cast<std::size_t>(job);
         if (looks[i]) looks[i] = look(frames[i], hints[i]);
@@ -164,7 +169,7 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
 JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks,
                                         const std::vector<FrameHints>& hints) {
     std::vector<CameraPost*> posts;
-    std::span<const PoseObservation> expected;
+    Expectation expected;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         CameraPost* post = stations_[frames[i].camera]->post.get();
         if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) {
@@ -188,12 +193,21 @@ FrameHints SiteRunner::hints_for(const CameraPost& post, Nanoseconds time) const
     FrameHints hints;
     if (post.is_fixed()) {
         hints.elsewhere = robots_elsewhere(post, time);
-        hints.robots = expected_robots(time);
+        hints.robots.robots = expected_robots(time);
     }
     if (post.robot() < 0) return hints;
     hints.ranges = ears_.near(post.robot(), time);
     hints.expected = tracker_.expected(post.robot(), time);
     return hints;
+}
+
+/// Searching the whole floor takes long: a camera does it only so often, and follows what is known in between.
+bool SiteRunner::may_search(const CameraFrame& frame) {
+    constexpr double interval = 0.29;  // s of frame time
+    Station& station = *stations_[frame.camera];
+    if (station.searched && std::abs(to_seconds(frame.time - *station.searched)) < interval) return false;
+    station.searched = frame.time;
+    return true;
 }
 
 /// Where the robots should be that are followed. The mutex is held.

@@ -107,6 +107,7 @@ private:
         std::unique_ptr<CameraPost> post;  // used by one thread at a time
         SourceState state;
         double last_wall = 0;  // s, when the last frame came
+        std::optional<Nanoseconds> searched;  // time of the last frame in which the whole floor was searched
     };
     /// What one frame gave, before it is told.
     struct Look {
@@ -124,6 +125,7 @@ private:
     explicit SiteRunner(const Site& site);
     Result<void> check_size(const CameraFrame& frame);
     FrameHints hints_for(const CameraPost& post, Nanoseconds time) const;
+    bool may_search(const CameraFrame& frame);
     std::vector<PoseObservation> expected_robots(Nanoseconds time) const;
     std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
