@@ -58,6 +58,8 @@ public:
     /// search.
     const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {},
                                           const Expectation& expected = {});
+    /// After find(): all robots that explain the moment, the known ones among them.
+    std::span<const KnownRobot> standing() const { return standing_; }
     /// After find(): did the robot turn out to stand there? If not, its outline was something else's.
     bool holds(const KnownRobot& known) const;
 

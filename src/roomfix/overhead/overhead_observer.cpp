@@ -89,11 +89,45 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
             auto outline = std::find_if(result.observations.begin(), result.observations.end(), [&](const auto& o) { return o.robot == sighting.robot; });
             if (outline != result.observations.end() && bodies_.agrees({&seen, 1}, sighting.robot, outline->pose, sighting.place)) continue;
             if (outline != result.observations.end()) result.observations.erase(outline);
-            result.observations.push_back(roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
+            const auto exact = outline_at(frame.grey, sighting, bodies_.standing());
+            result.observations.push_back(exact ? *exact : roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
         }
         std::erase_if(result.observations, [&](const SilhouetteObservation& o) { return o.doubtful && !bodies_.holds(known_by_outline(o)); });
     }
     colour_background_.refresh(evidence_, 0.02f);
+}
+
+/// The outline of a robot whose body was found: exact to a fraction of a pixel where the robot is the solid that the site file says.
+std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
+    const auto r = static_cast<std::size_t>(sighting.robot);
+    const ShapePoints& shape = shapes_[r];
+    if (!robots_[r].parts.empty() || shape.size_sigma >= soft_size) return std::nullopt;
+    const auto distance = [&](const Pose2& pose) { return std::hypot(pose.x - view_.position().x(), pose.y - view_.position().y()); };
+    others_.clear();
+    for (const KnownRobot& other : standing) {
+        if (other.robot == sighting.robot || distance(other.pose) > distance(sighting.place.pose)) continue;
+        others_.push_back(project_silhouette(view_, shapes_[static_cast<std::size_t>(other.robot)], other.pose));
+    }
+    const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
+    const ForegroundMasks masks{&foreground_.mask, &foreground_.shadow};
+    const SeenBy seen{&view_, &evidence_, &walls_};
+    std::optional<Found> best;
+    const auto attempt = [&](const BodyPlace& place) {
+        Found found{sighting.robot};
+        found.fit = fit_outline(evidence, view_, shape, place.pose, others_, settings_.fit);
+        if (!found.fit.determined || (best && found.fit.score <= best->fit.score) || may_stand_behind(evidence, shape, found.fit)) return;
+        const Eigen::Vector2d off(found.fit.pose.x - place.pose.x, found.fit.pose.y - place.pose.y);
+        const Eigen::Matrix2d spread = (place.covariance + found.fit.covariance).topLeftCorner<2, 2>();
+        if (off.dot(spread.inverse() * off) > settings_.expected_gate) return;
+        found.coarse = coarse_agreement(masks, view_, shape, found.fit.pose, {});
+        if (acceptable(found)) best = found;
+    };
+    attempt(sighting.place);
+    for (const BodyPlace& other : sighting.others) attempt(other);
+    if (!best) return std::nullopt;
+    const SilhouetteObservation outline = observation_of(*best);
+    if (bodies_.is_no_exact_solid(seen, outline.robot, outline.pose, outline.support)) return std::nullopt;
+    return outline;
 }
 
 /// Without a background: the median of what was seen, anew after 1, 2, 4, ... 64 frames.
@@ -190,14 +224,6 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
         }
     }
-    if (!expected_.search) return best;
-    // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
-    const Blob clearer = look_closer(evidence.frame, blob);
-    const Pose2 guess = best.fit.determined ? best.fit.pose : best.coarse.pose;
-    const auto found = place_search_.find(evidence, masks_, view_, shape, clearer, guess, settings_.fit, settings_.search);
-    if (!found.fit.determined) return best;
-    best.coarse = found.coarse;
-    best.fit = found.fit;
     return best;
 }
 
@@ -206,21 +232,6 @@ bool OverheadObserver::may_stand_behind(const FrameEvidence& evidence, const Sha
     if (fit.into_shadow < settings_.least_into_shadow) return false;
     const auto behind = pose_behind_shadow(evidence, view_, shape, fit, settings_.fit);
     return behind && fit_outline(evidence, view_, shape, *behind, {}, settings_.fit).score > fit.score - settings_.least_lead;
-}
-
-/// Adds what is faint around the blob to the foreground, and measures the blob anew.
-Blob OverheadObserver::look_closer(LumaView frame, const Blob& blob) {
-    Component box = blob.component;
-    const int margin = 8 + std::max(box.right - box.left, box.bottom - box.top) / 4;
-    box.left = std::max(box.left - margin, 0);
-    box.top = std::max(box.top - margin, 0);
-    box.right = std::min(box.right + margin, frame.width - 1);
-    box.bottom = std::min(box.bottom + margin, frame.height - 1);
-    background_.add_faint(frame, box.left, box.top, box.right, box.bottom, foreground_);
-    open(foreground_.mask, scratch_);
-    close(foreground_.mask, scratch_);
-    if (masks_.foreground != &foreground_.mask) copy_remaining();
-    return measure_blob(masks_, box);
 }
 
 /// People and loads have no exact outline: the place whose silhouette covers the most foreground.

@@ -1,6 +1,7 @@
 // A fixed camera watches robots: from a frame to poses on the floor with their covariance.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,6 @@
 #include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/body_observer.hpp"
 #include "roomfix/overhead/outline_fit.hpp"
-#include "roomfix/overhead/place_search.hpp"
 #include "roomfix/overhead/robot_search.hpp"
 
 namespace roomfix {
@@ -19,7 +19,6 @@ namespace roomfix {
 struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
-    PlaceSearchSettings search;
     BodyObserverSettings body;
     double least_score = 0.40;      // of an outline fit, to be a fix
     double good_score = 0.60;       // above, no other place is tried
@@ -73,6 +72,10 @@ public:
     /// Of the last frame: what it shows beside the background; empty without a background in colour.
     const Evidence& evidence() const { return evidence_; }
 
+    /// Of the last frame, which is given again: the outline of a robot that was found by its body; nothing where it has not that exact outline.
+    /// `standing`: all robots that were found; nearer ones may hide it.
+    std::optional<SilhouetteObservation> outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing);
+
     const Foreground& foreground() const { return foreground_; }
     const View& view() const { return view_; }
 
@@ -94,7 +97,6 @@ private:
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
     bool may_stand_behind(const FrameEvidence& evidence, const ShapePoints& shape, const OutlineFit& fit) const;
-    Blob look_closer(LumaView frame, const Blob& blob);
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
     void remove_from_remaining(Found& found);
@@ -132,7 +134,6 @@ private:
     BitMask taken_;
     ComponentFinder finder_;
     std::vector<CoarsePose> starts_;
-    PlaceSearch place_search_;
     std::vector<Found> found_;
     std::vector<Silhouette> others_;
     Evidence evidence_;

@@ -97,6 +97,11 @@ void CameraPost::replace_outline(int robot, const SilhouetteObservation* seen) {
     if (seen) result_.observations.push_back(*seen);
 }
 
+void CameraPost::add_outline(const SilhouetteObservation& outline) {
+    result_.observations.push_back(outline);
+    poses_.push_back(poses_of({outline}).front());
+}
+
 const std::string& CameraPost::reason() const {
     if (observer_) return result_.reason;
     return corners_ ? corner_.located.reason : onboard_.located.reason;

@@ -51,6 +51,12 @@ public:
     /// What the last frame of a fixed camera shows.
     const std::vector<SilhouetteObservation>& outlines() const { return result_.observations; }
     bool sees_tag_of(int robot) const;
+    /// The exact outline of a robot that was found by its body, in the last frame of a fixed camera.
+    std::optional<SilhouetteObservation> outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
+        return observer_->outline_at(frame, sighting, standing);
+    }
+    /// An outline that was found after the look.
+    void add_outline(const SilhouetteObservation& outline);
     /// A robot that was found in several cameras together instead of what this one found by itself.
     void replace_outline(int robot, const SilhouetteObservation* seen);
     /// So much of the last frame differs from the background that the camera may have been moved.

@@ -4,7 +4,7 @@
 
 namespace roomfix {
 
-JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const Expectation& expected) {
+JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const std::vector<LumaView>& frames, const Expectation& expected) {
     JointSighting together;
     std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;
@@ -32,6 +32,15 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const Exp
                 exact = true;
             } else {
                 posts[c]->replace_outline(body.robot, nullptr);
+            }
+        }
+        if (!exact) {
+            for (std::size_t c = 0; c < posts.size(); ++c) {
+                if (!body.place.seen[c]) continue;
+                const auto outline = posts[c]->outline_at(frames[c], body, observer_.standing());
+                if (!outline || !observer_.agrees(moment, body.robot, outline->pose, body.place)) continue;
+                posts[c]->add_outline(*outline);
+                exact = true;
             }
         }
         if (exact) continue;

@@ -18,9 +18,9 @@ class JointBodies {
 public:
     explicit JointBodies(const Site& site) : robots_(site.robots), walls_(site.walls), observer_(site.robots) {}
 
-    /// Robots of which none of the cameras has an outline beyond doubt. The posts have looked at their frames of this moment; doubtful outlines
+    /// Robots of which none of the cameras has an outline beyond doubt. The posts have looked at these frames of this moment; doubtful outlines
     /// that contradict what all cameras show together are taken back.
-    JointSighting find(const std::vector<CameraPost*>& posts, const Expectation& expected = {});
+    JointSighting find(const std::vector<CameraPost*>& posts, const std::vector<LumaView>& frames, const Expectation& expected = {});
 
 private:
     std::vector<SiteRobot> robots_;

@@ -169,15 +169,17 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
 JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks,
                                         const std::vector<FrameHints>& hints) {
     std::vector<CameraPost*> posts;
+    std::vector<LumaView> pictures;
     Expectation expected;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         CameraPost* post = stations_[frames[i].camera]->post.get();
         if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) {
             posts.push_back(post);
+            pictures.push_back(frames[i].image.grey);
             expected = hints[i].robots;
         }
     }
-    return posts.empty() ? JointSighting() : joint_bodies_.find(posts, expected);
+    return posts.empty() ? JointSighting() : joint_bodies_.find(posts, pictures, expected);
 }
 
 SiteRunner::Look SiteRunner::look(const CameraFrame& frame, const FrameHints& hints) {
