@@ -8,7 +8,9 @@ namespace roomfix {
 namespace {
 
 constexpr int block = 48;  // px, edge of the squares that share a light
-constexpr int window = 3;  // px to each side over which a shadow's light is even
+constexpr int light_window = 3;  // px to each side over which a shadow's light is even
+constexpr int structure_window = 5;  // px to each side over which structure is compared
+constexpr float window_pixels = (2 * structure_window + 1) * (2 * structure_window + 1);
 constexpr std::size_t most_frames = 24;
 constexpr float log_two_pi = 1.8378771f;
 
@@ -22,7 +24,7 @@ float median(std::vector<float>& values) {
 }
 
 /// Means over squares of 2 * window + 1 pixels, cut off at the picture's borders.
-void box_mean(const std::vector<float>& from, int width, int height, std::vector<float>& column, std::vector<float>& to) {
+void box_mean(const std::vector<float>& from, int width, int height, int window, std::vector<float>& column, std::vector<float>& to) {
     to.resize(from.size());
     column.assign(static_cast<std::size_t>(width), 0.0f);
     const auto row = [&](int y) { return from.data() + static_cast<std::ptrdiff_t>(y) * width; };
@@ -245,7 +247,7 @@ void ColourBackground::learn_noise(const std::vector<std::vector<float>>& frames
             noise_[i] = 1.48f * median(values);
         }
         std::vector<float> raw = noise_;
-        box_mean(raw, width_, height_, column_, noise_);
+        box_mean(raw, width_, height_, light_window, column_, noise_);
     }
     // Shot noise and rounding weigh more in the dark: a grey level there is a larger part.
     for (std::size_t i = 0; i < pixels(); ++i) {
@@ -306,7 +308,7 @@ float ColourBackground::unevenness(const std::vector<float>& levels, const std::
     const auto around = [&](int u, int v) { return means[static_cast<std::size_t>(std::clamp(v, 0, height_ - 1) * width_ + std::clamp(u, 0, width_ - 1))]; };
     const float level = levels[static_cast<std::size_t>(y * width_ + x)];
     float nearest = std::abs(level - around(x, y));
-    for (const int side : {-window, window}) {
+    for (const int side : {-light_window, light_window}) {
         nearest = std::min(nearest, std::abs(level - around(x + side, y)));
         nearest = std::min(nearest, std::abs(level - around(x, y + side)));
     }
@@ -328,8 +330,8 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         level_[i] = sum / channels;
         seen_[i] = (sum + background) / channels;
     }
-    box_mean(level_, width_, height_, column_, around_);
-    box_mean(seen_, width_, height_, column_, around_seen_);
+    box_mean(level_, width_, height_, light_window, column_, around_);
+    box_mean(seen_, width_, height_, light_window, column_, around_seen_);
     const float share_same = 1 - settings_.share_lit - settings_.share_other;
     const float other = settings_.share_other * std::pow(settings_.other_range, -channels);
     const float colour_variance = settings_.light_colour * settings_.light_colour;
@@ -338,42 +340,65 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     evidence.perhaps.assign(pixels(), 0.0f);
     if (evidence.with_colours) evidence.as_background.resize(pixels());
     const float log_other = std::log(other / settings_.share_other);
+    compare_structure();
     for (std::size_t i = 0; i < pixels(); ++i) {
         const float* d = difference_.data() + i * c;
         const float sigma = noise_[i];
-        float squares = 0;
-        float colour = 0;
-        for (std::size_t k = 0; k < c; ++k) {
-            squares += d[k] * d[k];
-            colour += (d[k] - level_[i]) * (d[k] - level_[i]);
-        }
-        squares /= sigma * sigma;
+        const float squares = squares_[i];
         if (squares < channels) {  // plainly the background
             evidence.pixels[i] = {0, 1};
             if (evidence.with_colours) evidence.as_background[i] = -0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)) - log_other;
             continue;
         }
+        float colour = 0;
+        for (std::size_t k = 0; k < c; ++k) colour += (d[k] - level_[i]) * (d[k] - level_[i]);
         const float same = share_same * std::exp(-0.5f * squares - channels * (0.5f * log_two_pi + std::log(sigma)));
-        const int x = static_cast<int>(i) % width_;
-        const int y = static_cast<int>(i) / width_;
-        const float uneven = unevenness(level_, around_, x, y);
-        const float roughness = 1.41421356f * std::max(sigma, 0.03f);
+        const float rough = roughness(i);
         const float beyond = around_[i] < 0 ? std::max(settings_.darkest - around_[i], 0.0f) : std::max(around_[i] - settings_.brightest, 0.0f);
         const float ends = beyond / settings_.light_spread;
-        float log_lit = -0.5f * (uneven * uneven / (roughness * roughness) + ends * ends) - std::log(roughness) - 0.5f * log_two_pi - std::log(range);
+        float log_lit = -0.5f * (uneven_[i] * uneven_[i] / (rough * rough) + ends * ends) - std::log(rough) - 0.5f * log_two_pi - std::log(range);
         if (channels_ > 1) log_lit += -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance));
-        const float lit = settings_.share_lit * std::exp(log_lit);
+        // What the surroundings tell of the structure: positive if the background's goes on here in another light.
+        const float structure = std::clamp(settings_.structure_weight * around_structure_[i] * window_pixels, -settings_.most_structure, settings_.most_structure);
+        const float lit = settings_.share_lit * std::exp(log_lit + structure);
         // Something else has any colour; its surface may be as even as a shadow, but then in itself and not beside the background.
-        const float own = unevenness(seen_, around_seen_, x, y);
-        const float own_roughness = 1.41421356f * std::max(sigma, 0.03f);
-        const float even = std::exp(-0.5f * own * own / (own_roughness * own_roughness) - std::log(own_roughness) - 0.5f * log_two_pi);
+        const float even = std::exp(-0.5f * even_[i] * even_[i] / (rough * rough) - std::log(rough) - 0.5f * log_two_pi);
         const float something = channels_ > 1 ? other : other * ((1 - settings_.even_things) + settings_.even_things * even);
         const float sum = something + same + lit;
         const float perhaps = channels_ > 1 ? 0 : settings_.perhaps * std::min(something, lit) / sum;
+        const float floor = structure > 0 ? 1 - std::exp(-structure) : 0;  // a shadow on the background is the background
         evidence.perhaps[i] = perhaps;
-        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + perhaps, same / sum};
+        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + perhaps, (same + floor * std::max(lit - something, 0.0f)) / sum};
         if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;
     }
+}
+
+/// Over how much a pixel's level varies beside its neighbours' by noise alone.
+float ColourBackground::roughness(std::size_t i) const { return 1.41421356f * std::max(noise_[i], 0.03f); }
+
+/// Of pixels that are not plainly the background: is the picture divided by the background the evener one, as under a shadow, or the picture itself, as
+/// on a thing? One pixel tells little, a neighbourhood much, wherever the background has structure.
+void ColourBackground::compare_structure() {
+    const auto c = static_cast<std::size_t>(channels_);
+    const float channels = static_cast<float>(channels_);
+    squares_.resize(pixels());
+    uneven_.resize(pixels());
+    even_.resize(pixels());
+    structure_.assign(pixels(), 0.0f);
+    for (std::size_t i = 0; i < pixels(); ++i) {
+        const float* d = difference_.data() + i * c;
+        float squares = 0;
+        for (std::size_t k = 0; k < c; ++k) squares += d[k] * d[k];
+        squares_[i] = squares / (noise_[i] * noise_[i]);
+        if (squares_[i] < channels) continue;
+        const int x = static_cast<int>(i) % width_;
+        const int y = static_cast<int>(i) / width_;
+        uneven_[i] = unevenness(level_, around_, x, y);
+        even_[i] = unevenness(seen_, around_seen_, x, y);
+        const float rough = roughness(i);
+        structure_[i] = std::clamp(0.5f * (even_[i] * even_[i] - uneven_[i] * uneven_[i]) / (rough * rough), -settings_.pixel_structure, settings_.pixel_structure);
+    }
+    box_mean(structure_, width_, height_, structure_window, column_, around_structure_);
 }
 
 /// The frame's colours as they would be in the background's light.
@@ -389,7 +414,7 @@ void ColourBackground::refresh(const Evidence& evidence, float part) {
     constexpr float surely = 0.95f;
     const auto c = static_cast<std::size_t>(channels_);
     for (std::size_t i = 0; i < pixels(); ++i) {
-        if (evidence.pixels[i].plain < surely) continue;
+        if (evidence.pixels[i].plain < surely || std::abs(level_[i]) > 3 * noise_[i]) continue;
         for (std::size_t k = 0; k < c; ++k) mean_[i * c + k] += part * difference_[i * c + k];
     }
 }

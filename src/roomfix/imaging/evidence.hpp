@@ -22,6 +22,9 @@ struct EvidenceSettings {
     float other_range = 2;       // over which log colours of other things are spread evenly, each channel
     float even_things = 0.5f;    // part of other things' pixels that lie in surfaces as even as a shadow
     float perhaps = 0.25f;       // part of what may as well be a shadow that counts as something else until a robot explains it
+    float structure_weight = 0.2f;  // of a neighbouring pixel's word on whether the background's structure goes on: their noise is not independent
+    float pixel_structure = 4;      // nats: the most that one pixel tells of it ...
+    float most_structure = 6;       // ... and a neighbourhood
     float static_limit = 0.35f;  // log light by which a pixel may be off its block's at first, to count as unchanged
     float static_close = 0.15f;  // the same once the block's light is known roughly
 };
@@ -101,6 +104,8 @@ private:
     void learn_noise(const std::vector<std::vector<float>>& frames);
     void add_shift_noise();
     float unevenness(const std::vector<float>& levels, const std::vector<float>& means, int x, int y) const;
+    float roughness(std::size_t i) const;
+    void compare_structure();
     void judge_pixels(Evidence& evidence);
     void keep_colours(Evidence& evidence) const;
 
@@ -119,6 +124,11 @@ private:
     std::vector<float> around_;       // the same over a window
     std::vector<float> seen_;         // mean of the channels' log colours in the background's light
     std::vector<float> around_seen_;  // the same over a window
+    std::vector<float> squares_;           // of the differences over their noise, all channels
+    std::vector<float> uneven_;            // how far the difference is off its surroundings'
+    std::vector<float> even_;              // the same of the frame itself
+    std::vector<float> structure_;         // nats for the background's structure, against a thing as even as a shadow
+    std::vector<float> around_structure_;  // the same over a window
     std::vector<float> column_;
     std::vector<float> sorted_;
     std::vector<float> blocks_;
