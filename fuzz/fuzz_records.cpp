@@ -19,7 +19,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             break;
         case 1: {
             Truth truth;
-            for (int i = 0; i < 20; ++i) truth["r1"].push_back({from_seconds(0.1 * i), {0.1 * i, 1, 0}});
+            for (int i = 0; i < 20; ++i) {
+                truth["r1"].push_back({from_seconds(0.1 * i), {0.1 * i, 1, 0}});
+                truth["unknown-1"].push_back({from_seconds(0.1 * i), {0.1 * i, 2, 0}, false});
+            }
             const ErrorReport report = judge(parse_fixes(text), truth);
             (void)html_of(report, "fuzz");
             (void)text_of(report);
@@ -31,7 +34,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             if (truth)
                 (void)judge(
                     parse_fixes(
-                        R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []})"),
+                        R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []}
+{"time": 0.5, "robot": null, "kind": "unknown", "id": "unknown-1", "status": "ok", "x": 0, "y": 0, "covariance": [1,0,0,0,1,0,0,0,1]})"),
                     *truth);
         }
     }

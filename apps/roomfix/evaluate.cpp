@@ -19,6 +19,7 @@ namespace {
 struct Arguments {
     std::string fixes, truth, report, json, tum, session, point;
     double symmetry_deg = 0;
+    double cutoff = ReportOptions{}.cutoff;
 };
 
 /// Where the point that the truth is about sits on the robot, m. Its height does not matter: fixes are on the floor.
@@ -86,12 +87,12 @@ int evaluate(const Arguments& arguments) {
         }
         bounds = std::move(*found);
     }
-    const ErrorReport report = judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .point = *point}, bounds);
+    const ErrorReport report = judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .cutoff = arguments.cutoff, .point = *point}, bounds);
     if (report.fixes.empty() && !report.without_point.empty()) {
         complain("no fix has a yaw, so that nobody knows where the point --point is: leave --point out, or give the truth of the robot's middle");
         return bad_input;
     }
-    if (report.fixes.empty()) {
+    if (report.fixes.empty() && !(report.unknown_things.in_truth && report.unknown_things.fixes > 0)) {
         complain("no fix has a true pose beside it: are both of the same session, with the same clock and the same names of robots?");
         return bad_input;
     }
@@ -109,10 +110,14 @@ int evaluate(const Arguments& arguments) {
 }  // namespace
 
 void add_evaluate(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("evaluate", "fixes beside the truth: errors, consistency, availability, identity switches");
+    auto* command =
+        app.add_subcommand("evaluate", "fixes beside the truth: errors, consistency, availability, identity switches, GOSPA, IDF1, HOTA, unknown things");
     auto arguments = std::make_shared<Arguments>();
     command->add_option("FIXES", arguments->fixes, "file of fixes, as 'run' and 'replay' write it")->required();
-    command->add_option("--truth", arguments->truth, "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether")->required();
+    command
+        ->add_option("--truth", arguments->truth,
+                     "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether; robot unknown-1, ... is a person or a thing")
+        ->required();
     command->add_option("--point", arguments->point, "X,Y,Z: the truth is about this point of the robot (m; x forward, y left, z up) and not about its middle");
     command->add_option("--session", arguments->session, "session folder of the fixes: says how far they are from the best that its sources allow");
     command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
@@ -120,6 +125,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
     command->add_option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");
     command->add_option("--symmetry-deg", arguments->symmetry_deg, "yaws that far apart count as the same: 180 for a box whose front nobody can tell")
         ->check(CLI::Range(0.0, 360.0));
+    command->add_option("--cutoff", arguments->cutoff, "m: a fix that is farther from a robot is not about it, in GOSPA, IDF1 and HOTA (default 1)")
+        ->check(CLI::Range(0.01, 100.0));
     command->footer("Example: roomfix evaluate fixes.jsonl --truth session/truth.csv --report errors.html");
     command->callback([=, &exit_code] { exit_code = evaluate(*arguments); });
 }

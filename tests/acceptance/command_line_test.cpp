@@ -232,6 +232,8 @@ TEST_F(CommandLine, ReplayGivesTheSameBytesAndEvaluateJudgesThem) {
     EXPECT_NE(text_of(fs::path(poses) / "r1.tum").find(" 0 0 0 "), std::string::npos);
     EXPECT_TRUE(fs::exists(fs::path(poses) / "r1-truth.tum"));
     expect_says(call(fmt::format("evaluate {} --truth {}/odometry.csv", first, session())), 0, "r1");
+    expect_says(call(fmt::format("evaluate {} --truth {}/truth.csv --cutoff 0.5", first, session())), 0, "cut-off 0.50 m\nGOSPA  ");
+    expect_says(call(fmt::format("evaluate {} --truth {}/truth.csv --cutoff 0", first, session())), 2, "--cutoff");
     expect_says(call(fmt::format("evaluate {} --truth /nowhere.csv", first)), 2, "/nowhere.csv: cannot be opened");
     expect_says(call(fmt::format("evaluate {}/truth.csv --truth {}/truth.csv", session(), session())), 2, "no fix in it");
 }

@@ -211,6 +211,19 @@ std::vector<Fix> fixes_of_point(const std::vector<Fix>& fixes, const Eigen::Vect
     return there;
 }
 
+ConfidentlyWrong confidently_wrong(const std::vector<JudgedFix>& fixes) {
+    ConfidentlyWrong result;
+    std::vector<double> stated;
+    for (const JudgedFix& f : fixes) {
+        if (f.coasting) continue;
+        ++result.fixes;
+        if (f.error.head<2>().norm() > result.farther_than) stated.push_back(std::sqrt(f.covariance.topLeftCorner<2, 2>().trace()));
+    }
+    result.wrong = stated.size();
+    result.stated_sigma = summarise(std::move(stated)).median;
+    return result;
+}
+
 double place_sigma_of_point(const Eigen::Matrix3d& covariance, const Eigen::Vector2d& point, double yaw) {
     const Eigen::Matrix3d derivatives = point_from_middle(point, yaw);
     const Eigen::Matrix3d there = derivatives * covariance * derivatives.transpose();
@@ -219,8 +232,11 @@ double place_sigma_of_point(const Eigen::Matrix3d& covariance, const Eigen::Vect
 
 }  // namespace
 
-ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const ReportOptions& options, const std::vector<std::optional<Eigen::Matrix3d>>& bounds) {
+ErrorReport judge(const RecordedFixes& recorded, const Truth& everything, const ReportOptions& options,
+                  const std::vector<std::optional<Eigen::Matrix3d>>& bounds) {
     ErrorReport report;
+    const Truth truth = robots_of(everything), things = unknown_things_of(everything);
+    report.unknown_things = judge_things(recorded.unknown_things, things, times_of(everything), options.cutoff, options.fresh);
     std::set<std::string> unknown;
     std::vector<std::string> truly;
     std::map<std::string, NormalisedSquares> nis;
@@ -231,11 +247,12 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
         const Fix& fix = fixes_there[number];
         if (fix.status == FixStatus::none) continue;
         const std::string robot = true_robot(fix, truth);
-        if (robot.empty()) {
-            unknown.insert(fix.robot);
-            continue;
+        const auto pose = robot.empty() ? std::nullopt : pose_at(truth.at(robot), fix.time);
+        if (robot.empty() || pose) {
+            const bool away = !pose || place_distance(*pose, fix.pose) > options.apart;
+            count_on_thing(recorded.fixes[number], away, things, options.on_thing, report.unknown_things);
         }
-        const auto pose = pose_at(truth.at(robot), fix.time);
+        if (robot.empty()) unknown.insert(fix.robot);
         if (!pose) continue;
         report.fixes.push_back(judged(fix, *pose, options.symmetry));
         report.without_true_yaw += fix.yaw_known && !pose->yaw_known;
@@ -265,6 +282,11 @@ ErrorReport judge(const RecordedFixes& recorded, const Truth& truth, const Repor
     judge_ways(by_robot, report);
     report.availability = availability_of(by_true_robot, truth, options.fresh);
     count_switches(fixes_there, truth, options.apart, report);
+    report.confidently_wrong = confidently_wrong(report.fixes);
+    const Moments moments = moments_of(fixes_there, truth, times_of(truth), options.cutoff, options.fresh);
+    report.gospa = gospa_of(moments);
+    report.identities = identity_score(moments);
+    report.hota = hota_of(moments);
     return report;
 }
 

@@ -33,12 +33,26 @@ double finite_number(const json& object, const char* key) {
     return value;
 }
 
+/// The id of a thing that is no robot; nothing for a fix of a robot, or of a camera that belongs to none. Throws as `read_fix`.
+std::optional<std::string> unknown_thing(const json& object) {
+    const auto robot = object.find("robot"), kind = object.find("kind");
+    if (kind == object.end() || (robot != object.end() && !robot->is_null())) return std::nullopt;
+    if (*kind != "unknown") throw std::runtime_error(fmt::format("kind {} is not \"unknown\"", kind->dump()));
+    const auto id = object.find("id");
+    if (id == object.end() || !id->is_string() || id->get<std::string>().empty()) throw std::runtime_error("an unknown thing needs an 'id'");
+    return id->get<std::string>();
+}
+
 /// Throws what nlohmann throws, or std::runtime_error.
-Fix read_fix(const json& object, Nanoseconds time) {
+Fix read_fix(const json& object, Nanoseconds time, const std::optional<std::string>& thing) {
     Fix fix;
     fix.time = time;
     const auto robot = object.find("robot");
-    if (robot != object.end() && robot->is_string()) fix.robot = robot->get<std::string>();
+    if (thing) {
+        fix.robot = *thing;
+    } else if (robot != object.end() && robot->is_string()) {
+        fix.robot = robot->get<std::string>();
+    }
     const auto status = object.at("status").get<std::string>();
     if (status != "ok" && status != "coasting" && status != "none") throw std::runtime_error(fmt::format("status '{}' is not ok, coasting or none", status));
     if (const auto sources = object.find("sources"); sources != object.end()) fix.sources = sources->get<std::vector<std::string>>();
@@ -49,7 +63,7 @@ Fix read_fix(const json& object, Nanoseconds time) {
     fix.status = status == "ok" ? FixStatus::ok : FixStatus::coasting;
     fix.pose.x = finite_number(object, "x");
     fix.pose.y = finite_number(object, "y");
-    fix.yaw_known = !object.at("yaw").is_null();
+    fix.yaw_known = thing && !object.contains("yaw") ? false : !object.at("yaw").is_null();  // a thing need not say that nobody sees its front
     if (fix.yaw_known) fix.pose.yaw = finite_number(object, "yaw");
     const json& covariance = object.at("covariance");
     if (!covariance.is_array() || covariance.size() != 9) throw std::runtime_error("'covariance' must have 9 numbers");
@@ -73,13 +87,16 @@ RecordedFixes parse_fixes(std::string_view text) {
             const auto time = exact_time(line);
             const json object = json::parse(line);
             if (!time) throw std::runtime_error("it has no 'time' in seconds");
-            recorded.fixes.push_back(read_fix(object, *time));
+            const auto thing = unknown_thing(object);
+            (thing ? recorded.unknown_things : recorded.fixes).push_back(read_fix(object, *time, thing));
         } catch (const std::exception& failure) {
             problem = failure.what();
         }
         if (!problem.empty() && recorded.problems.size() < most_problems) recorded.problems.push_back(fmt::format("line {}: {}", number, problem));
     });
-    std::stable_sort(recorded.fixes.begin(), recorded.fixes.end(), [](const Fix& a, const Fix& b) { return a.time < b.time; });
+    for (std::vector<Fix>* fixes : {&recorded.fixes, &recorded.unknown_things}) {
+        std::stable_sort(fixes->begin(), fixes->end(), [](const Fix& a, const Fix& b) { return a.time < b.time; });
+    }
     return recorded;
 }
 
@@ -87,7 +104,7 @@ Result<RecordedFixes> load_fixes(const std::string& file) {
     const auto text = read_text(file);
     if (!text) return Error{file + ": cannot be opened: check the name and the permissions"};
     RecordedFixes recorded = parse_fixes(*text);
-    if (recorded.fixes.empty()) {
+    if (recorded.fixes.empty() && recorded.unknown_things.empty()) {
         return Error{fmt::format("{}: no fix in it{}", file, recorded.problems.empty() ? ": it is empty" : "; " + recorded.problems.front())};
     }
     return recorded;

@@ -12,7 +12,8 @@ namespace roomfix {
 
 /// Fixes of a JSON-lines file, as roomfix writes them. Bad lines cost themselves only and are in `problems`.
 struct RecordedFixes {
-    std::vector<Fix> fixes;  // in the order of their times
+    std::vector<Fix> fixes;           // in the order of their times
+    std::vector<Fix> unknown_things;  // of people and other things that are no robots, likewise; `robot` is the thing's id
     std::vector<std::string> problems;
 };
 RecordedFixes parse_fixes(std::string_view text);

@@ -9,6 +9,7 @@
 #include "roomfix/base/html.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 #include "roomfix/evaluate/line_chart.hpp"
+#include "roomfix/evaluate/several_targets_text.hpp"
 
 namespace roomfix {
 namespace {
@@ -47,6 +48,35 @@ json table_json(const ErrorTable& t) {
     return j;
 }
 
+void add_several_targets(const ErrorReport& report, json& j) {
+    const Gospa& g = report.gospa;
+    j["gospa"] = {{"cutoff", g.cutoff},
+                  {"moments", g.moments},
+                  {"mean", g.mean},
+                  {"rms", g.rms},
+                  {"localisation", g.localisation},
+                  {"missed", g.missed},
+                  {"false", g.false_ones},
+                  {"missed_at_once", g.missed_at_once},
+                  {"false_at_once", g.false_at_once}};
+    const IdentityScore& id = report.identities;
+    j["idf1"] = {{"idf1", id.f1()},           {"precision", id.precision()}, {"recall", id.recall()},
+                 {"idtp", id.true_positives}, {"idfp", id.false_positives},  {"idfn", id.false_negatives}};
+    j["hota"] = {{"hota", report.hota.hota}, {"deta", report.hota.detection}, {"assa", report.hota.association}};
+    const ConfidentlyWrong& wrong = report.confidently_wrong;
+    j["confidently_wrong"] = {{"farther_than", wrong.farther_than}, {"fixes", wrong.fixes}, {"wrong", wrong.wrong}, {"part", wrong.part()}};
+    if (wrong.wrong > 0) j["confidently_wrong"]["stated_sigma"] = wrong.stated_sigma;
+    const UnknownThings& things = report.unknown_things;
+    j["unknown_things"] = {{"in_truth", things.in_truth}, {"fixes", things.fixes}};
+    if (!things.in_truth) return;
+    j["unknown_things"].update({{"found", things.found_part()},
+                                {"error", summary_json(things.error)},
+                                {"false_ones", things.false_ones},
+                                {"minutes", things.minutes},
+                                {"robot_fixes", things.robot_fixes},
+                                {"robots_on_one", things.robots_on_one}});
+}
+
 std::string latency_text(const Summary& latency) {
     return fmt::format("Latency from frame to fix: mean {:.0f} ms, median {:.0f} ms, 95 % within {:.0f} ms, largest {:.0f} ms", 1e3 * latency.mean,
                        1e3 * latency.median, 1e3 * latency.p95, 1e3 * latency.max);
@@ -68,7 +98,10 @@ std::vector<std::string> left_out(const ErrorReport& report) {
     for (const auto& [robot, count] : report.without_point) {
         sentences.push_back(fmt::format("Robot {}: {} fixes have no yaw, so that nobody knows where the point --point is; they are left out.", robot, count));
     }
-    for (const std::string& robot : report.unknown_robots) sentences.push_back(fmt::format("Robot {}: the truth does not know it.", robot));
+    for (const std::string& robot : report.unknown_robots) {
+        sentences.push_back(robot.empty() ? "Fixes of a camera that belongs to no robot are left out."
+                                          : fmt::format("Robot {}: the truth does not know it. GOSPA, IDF1 and HOTA take it for false.", robot));
+    }
     return sentences;
 }
 
@@ -174,6 +207,11 @@ std::string text_of(const ErrorReport& report) {
     text += "way driven in 1 s: " + ways_text(report) + "\n";
     text += fmt::format("available {:.1f} % of the time, {:.1f} % of the fixes by prediction alone\n", 100 * report.availability, 100 * report.coasting);
     text += fmt::format("identity switches: {}, of which {} were flagged as doubtful\n", report.identity_switches, report.flagged_switches);
+    if (const auto figures = several_targets_figures(report); !figures.empty()) {
+        text += several_targets_heading(report) + "\n";
+        for (const auto& [name, value] : figures) text += fmt::format("{:5}  {}\n", name, value);
+    }
+    for (const std::string& sentence : wrong_and_unknown(report)) text += sentence + "\n";
     if (report.latency.count > 0) text += latency_text(report.latency) + "\n";
     for (const std::string& sentence : left_out(report)) text += sentence + "\n";
     return text;
@@ -189,6 +227,7 @@ std::string json_of(const ErrorReport& report) {
               {"unknown_robots", report.unknown_robots},
               {"without_true_yaw", report.without_true_yaw},
               {"without_point", report.without_point}};
+    add_several_targets(report, j);
     if (report.latency.count > 0) j["latency"] = summary_json(report.latency);
     for (const ErrorTable& t : report.robots) j["robots"].push_back(table_json(t));
     for (const ErrorTable& t : report.sources) j["sources"].push_back(table_json(t));
@@ -211,6 +250,10 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
     for (const auto& [source, c] : report.nis) {
         nis += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.2f}&ndash;{:.2f}</td></tr>\n", html_escaped(source), c.mean, c.low, c.high);
     }
+    std::string together;
+    for (const auto& [name, value] : several_targets_figures(report)) together += fmt::format("<tr><td>{}</td><td class=\"text\">{}</td></tr>\n", name, value);
+    if (!together.empty()) together = "<h2>Several targets</h2><p>" + several_targets_heading(report) + "</p>\n<table>" + together + "</table>\n";
+    for (const std::string& sentence : wrong_and_unknown(report)) together += "<p>" + html_escaped(sentence) + "</p>\n";
     std::string remarks;
     for (const std::string& sentence : left_out(report)) remarks += "<p>" + html_escaped(sentence) + "</p>\n";
     if (!nis.empty()) nis = "<h2>Innovations</h2><table><tr><th>source</th><th>NIS per dimension</th><th>95 % band</th></tr>\n" + nis + "</table>\n";
@@ -218,18 +261,18 @@ std::string html_of(const ErrorReport& report, const std::string& title) {
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>"
         "body{{font:15px/1.5 system-ui,sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}}"
         "table{{border-collapse:collapse;font-variant-numeric:tabular-nums}}td,th{{padding:.25em .6em;text-align:right;border-bottom:1px solid #ddd}}"
-        "td:first-child,th:first-child{{text-align:left}}.good{{color:#2a7d2a}}.off{{color:#b3323f;font-weight:600}}h2{{margin-top:1.6em}}"
+        "td:first-child,th:first-child,td.text{{text-align:left}}.good{{color:#2a7d2a}}.off{{color:#b3323f;font-weight:600}}h2{{margin-top:1.6em}}"
         "svg{{max-width:100%;height:auto}}</style></head><body>\n<h1>{0}</h1>\n"
         "<p>Available {1:.1f} % of the time; {2:.1f} % of the fixes by prediction alone. Way driven in one second: {3}. "
         "Identity switches: {4}, of which {5} were flagged as doubtful. {13}</p>\n{15}"
         "<h2>Errors</h2><table>{6}{7}</table>\n<h2>By source</h2><table>{6}{8}</table>\n{9}"
         "<p>NEES per dimension is 1 where the stated covariances are true; the band holds 95 % of such means, with fixes two seconds apart taken as "
-        "independent.{14}</p>\n<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{10}\n"
+        "independent.{14}</p>\n{16}<h2>Map</h2><p>Grey: the truth. Dots: fixes; amber ones by prediction alone.</p>\n{10}\n"
         "<h2>Over time</h2>{11}\n<h2>Distribution</h2>{12}\n</body></html>\n",
         html_escaped(title), 100 * report.availability, 100 * report.coasting, ways_text(report), report.identity_switches, report.flagged_switches, head, rows,
         source_rows, nis, map_svg(report), svg_of(errors_over_time(report)), svg_of(distribution(report)),
         report.latency.count == 0 ? "" : latency_text(report.latency) + ".",
-        bounded ? " The bound is what the best tracker could reach with the same observations and the noise that they state." : "", remarks);
+        bounded ? " The bound is what the best tracker could reach with the same observations and the noise that they state." : "", remarks, together);
 }
 
 }  // namespace roomfix

@@ -50,6 +50,25 @@ std::optional<StampedPose> pose_of(const std::vector<std::string_view>& fields, 
     return pose;
 }
 
+Truth those_with(const Truth& truth, bool unknown) {
+    Truth some;
+    for (const auto& [name, poses] : truth) {
+        if (names_unknown_thing(name) == unknown) some.emplace(name, poses);
+    }
+    return some;
+}
+
+/// Several things under one name would be one that jumps to and fro: says where, or nothing.
+std::string twice_at_once(const Truth& truth) {
+    for (const auto& [name, poses] : truth) {
+        if (!names_unknown_thing(name)) continue;
+        const auto same = std::adjacent_find(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) { return a.time == b.time; });
+        if (same == poses.end()) continue;
+        return fmt::format("'{}' is at two places at {} s: number such things, unknown-1, unknown-2, ...", name, seconds_text(same->time));
+    }
+    return {};
+}
+
 /// Between two moments, how far from the first to the second: 0..1.
 double part_between(const StampedPose& before, const StampedPose& after, Nanoseconds time) {
     return after.time == before.time ? 0 : to_seconds(time - before.time) / to_seconds(after.time - before.time);
@@ -72,6 +91,12 @@ std::optional<double> yaw_at(const std::vector<StampedPose>& poses, std::vector<
 }
 
 }  // namespace
+
+bool names_unknown_thing(std::string_view name) { return name == "unknown" || name.substr(0, 8) == "unknown-"; }
+
+Truth robots_of(const Truth& truth) { return those_with(truth, false); }
+
+Truth unknown_things_of(const Truth& truth) { return those_with(truth, true); }
 
 Result<Truth> parse_truth(std::string_view text) {
     Truth truth;
@@ -97,6 +122,7 @@ Result<Truth> parse_truth(std::string_view text) {
     for (auto& [robot, poses] : truth) {
         std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
     }
+    if (failure = twice_at_once(truth); !failure.empty()) return Error{failure};
     return truth;
 }
 

@@ -21,7 +21,14 @@ struct StampedPose {
 /// Of each robot, in the order of their times.
 using Truth = std::map<std::string, std::vector<StampedPose>>;
 
-/// CSV with the columns time,robot,x,y,yaw or time,robot,x,y; yaw may be empty in any line. An error names the first line that cannot be read.
+/// "unknown", "unknown-1", "unknown-2", ... in the column robot: a person or another thing that is no robot of the site.
+bool names_unknown_thing(std::string_view name);
+/// The true robots, or the true unknown things, alone.
+Truth robots_of(const Truth& truth);
+Truth unknown_things_of(const Truth& truth);
+
+/// CSV with the columns time,robot,x,y,yaw or time,robot,x,y; yaw may be empty in any line. An error names the first line that cannot be read, or
+/// the unknown thing that is at two places at one time.
 Result<Truth> parse_truth(std::string_view text);
 Result<Truth> load_truth(const std::string& file);
 
