@@ -4,6 +4,7 @@ const given = new Map<string, string>();
 
 /** The same colour for the same robot as long as the page is open. */
 export function colourOf(robot: string): string {
+  if (/^unknown-\d+$/.test(robot)) return '#808080'; // what is no robot
   let colour = given.get(robot);
   if (!colour) {
     colour = hues[given.size % hues.length];

@@ -51,7 +51,7 @@ export interface Site {
 
 export interface RobotState {
   id: string;
-  status: 'ok' | 'coasting';
+  status: 'ok' | 'coasting' | 'unknown'; // unknown: no robot of the site
   x: number;
   y: number;
   yaw: number | null;

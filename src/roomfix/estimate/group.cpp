@@ -55,6 +55,7 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     Fix fix;
     fix.time = time;
     fix.robot = models.site.robots[static_cast<std::size_t>(track.robot)].id;
+    fix.unknown = models.site.robots[static_cast<std::size_t>(track.robot)].unknown;
     if (track.number > 0) fix.robot += fmt::format("-{}", track.number);
     const double unseen = to_seconds(time - track.seen);
     const Belief& best = track.belief.best();

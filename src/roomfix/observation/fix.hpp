@@ -23,7 +23,8 @@ struct InnovationSquare {
 
 struct Fix {
     Nanoseconds time = 0;
-    std::string robot;  // empty if none was found
+    std::string robot;     // empty if none was found
+    bool unknown = false;  // no robot of the site; `robot` is the name given to what stands there
     FixStatus status = FixStatus::none;
     Pose2 pose;
     bool yaw_known = true;

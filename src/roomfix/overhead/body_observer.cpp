@@ -20,24 +20,36 @@ BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObser
             bodies_.push_back(body_of(robots[r]));
         }
     }
+    robots_ = robots.size();
+    watches_things_ = std::any_of(robots.begin(), robots.end(), [](const SiteRobot& r) { return !r.many; });
+    for (std::size_t t = 0; t < settings.things.size() && watches_things_; ++t) {
+        SiteRobot thing;
+        thing.shape = settings.things[t];
+        thing.size_sigma = settings.things_sigma;
+        kind_of_.push_back(bodies_.size());
+        bodies_.push_back(body_of(thing));
+    }
     candidates_.resize(bodies_.size());
 }
 
 const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known,
                                                     const Expectation& expected) {
     found_.clear();
+    things_.clear();
     standing_.clear();
     unsure_.clear();
     for (const KnownRobot& robot : known) (robot.sure ? standing_ : unsure_).push_back(robot);
     open_ = wanted;
-    if (std::none_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; })) return found_;
+    const bool any = std::any_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; });
+    if (!any && !(watches_things_ && (expected.search || !expected.things.empty()))) return found_;
     expected_.assign(wanted.size(), nullptr);
     for (const PoseObservation& e : expected.robots) {
         const bool well = e.covariance.topLeftCorner<2, 2>().trace() < settings_.expected_within * settings_.expected_within;
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     begin_moment(cameras);
-    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+    look_for_things(expected);
+    for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
         look_where_expected(kind);
         // Now and then everywhere, lest a robot be followed that is another thing.
@@ -47,11 +59,12 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     while (settle_next(true)) {
     }
     searches_ += expected.search ? 1 : 0;
-    for (std::size_t kind = 0; kind < bodies_.size() && expected.search; ++kind) {
+    for (std::size_t kind = 0; kind < kinds() && expected.search; ++kind) {
         if (is_open(kind)) search_everywhere(kind);
     }
     while (settle_next(false)) {
     }
+    settle_things();
     return found_;
 }
 
@@ -85,6 +98,65 @@ void BodyObserver::search_everywhere(std::size_t kind) {
         const double turn = bodies_[kind].round() ? 0 : std::abs(std::remainder(a.pose.yaw - b.pose.yaw, bodies_[kind].symmetry));
         return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * bodies_[kind].radius && turn < 0.5;
     });
+}
+
+/// Candidates for what is no robot: where such things were before and, now and then, everywhere.
+void BodyObserver::look_for_things(const Expectation& expected) {
+    for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
+        candidates_[kind].clear();
+        for (const PoseObservation& thing : expected.things) {
+            const BodyCandidate found = search_.near(moment_, bodies_[kind], thing.pose, thing.covariance);
+            if (found.score > 1) candidates_[kind].push_back(found);
+        }
+        if (expected.search) search_everywhere(kind);
+    }
+}
+
+/// The thing that explains better than a robot at this pose what both would explain; null: the robot does. All samples share the errors of the
+/// descriptions, so that only a part of the scores counts.
+const BodyCandidate* BodyObserver::thing_instead_of(const Body& robot, const Pose2& pose, double score, double prior) const {
+    const BodyCandidate* best = nullptr;
+    for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
+        for (const BodyCandidate& thing : candidates_[kind]) {
+            const double apart = std::hypot(thing.pose.x - pose.x, thing.pose.y - pose.y);
+            if (apart > robot.radius + bodies_[kind].radius || (best && thing.score <= best->score)) continue;
+            const double trust = std::min(1.0, settings_.search.most_information / std::max(thing.score, 1.0));
+            if (trust * (thing.score - score) > settings_.odds_of_thing + prior) best = &thing;
+        }
+    }
+    return best;
+}
+
+/// A thing takes its pixels out of what is left, if it is no clutter and stands in no robot. In any case it is no candidate any more.
+bool BodyObserver::settle_thing(const BodyCandidate& thing) {
+    for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
+        auto& candidates = candidates_[kind];
+        if (candidates.empty() || &thing < candidates.data() || &thing >= candidates.data() + candidates.size()) continue;
+        BodyPlace place = search_.measure(moment_, bodies_[kind], thing);
+        const int number = static_cast<int>(robots_ + kind - kinds());
+        candidates.erase(candidates.begin() + (&thing - candidates.data()));
+        const double odds = place.log_ratio - settings_.search.odds_of_clutter - settings_.odds_of_thing;
+        if (odds < 0 || in_the_way(bodies_[kind], number, place.pose)) return false;
+        place.probability = 1 / (1 + std::exp(-odds));
+        things_.push_back(place);
+        stand(number, place.pose);
+        return true;
+    }
+    return false;
+}
+
+/// What no robot explains, the plainest first.
+void BodyObserver::settle_things() {
+    while (true) {
+        const BodyCandidate* best = nullptr;
+        for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
+            for (const BodyCandidate& thing : candidates_[kind]) {
+                if (!best || thing.score > best->score) best = &thing;
+            }
+        }
+        if (!best) return;
+        settle_thing(*best);
+    }
 }
 
 bool BodyObserver::is_open(std::size_t kind) const {
@@ -130,6 +202,13 @@ bool BodyObserver::settle_next(bool only_expected) {
     std::erase_if(unsure_, [&](const KnownRobot& k) { return !open_[static_cast<std::size_t>(k.robot)] || in_the_way(body(k.robot), k.robot, k.pose); });
     drop_blocked();
     const int best = best_body();
+    if (best >= 0) {
+        const BodyCandidate& first = candidates_[kind_of_[static_cast<std::size_t>(best)]][0];
+        if (const BodyCandidate* thing = thing_instead_of(body(best), first.pose, first.score, std::max(first.prior, 0.0))) {
+            settle_thing(*thing);
+            return true;
+        }
+    }
     double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].total();
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
@@ -142,6 +221,12 @@ bool BodyObserver::settle_next(bool only_expected) {
     if (outline != unsure_.end()) {
         const KnownRobot likeliest = *outline;
         unsure_.erase(outline);
+        const double own = most - prior_of(likeliest.robot, likeliest.pose);
+        if (const BodyCandidate* thing = thing_instead_of(body(likeliest.robot), likeliest.pose, own, std::max(most - own, 0.0))) {
+            settle_thing(*thing);
+            unsure_.push_back(likeliest);
+            return true;
+        }
         if (most > settings_.search.odds_of_clutter) stand(likeliest.robot, likeliest.pose);
         return true;
     }
@@ -161,7 +246,7 @@ bool BodyObserver::settle_next(bool only_expected) {
 
 /// A robot is settled: what it covers explains the other candidates less.
 void BodyObserver::stand(int robot, const Pose2& pose) {
-    open_[static_cast<std::size_t>(robot)] = 0;
+    if (static_cast<std::size_t>(robot) < robots_) open_[static_cast<std::size_t>(robot)] = 0;
     standing_.push_back({robot, pose});
     take_away(pose, body(robot));
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
@@ -174,7 +259,7 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
 bool BodyObserver::in_the_way(const Body& shape, int robot, const Pose2& pose) const {
     return std::any_of(standing_.begin(), standing_.end(), [&](const KnownRobot& other) {
         const double least = settings_.overlap * (shape.inner_radius + body(other.robot).inner_radius);
-        return other.robot != robot && std::hypot(pose.x - other.pose.x, pose.y - other.pose.y) < least;
+        return (other.robot != robot || static_cast<std::size_t>(robot) >= robots_) && std::hypot(pose.x - other.pose.x, pose.y - other.pose.y) < least;
     });
 }
 
@@ -188,7 +273,7 @@ void BodyObserver::drop_blocked() {
 int BodyObserver::best_body() const {
     int best = -1;
     double most = 0;
-    for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+    for (std::size_t kind = 0; kind < kinds(); ++kind) {
         if (candidates_[kind].empty() || !is_open(kind)) continue;
         const BodyCandidate& first = candidates_[kind][0];
         if (best >= 0 && first.total() <= most) continue;

@@ -30,6 +30,7 @@ KnownRobot known_by_outline(const SilhouetteObservation& outline);
 
 /// What is known before a moment is looked at.
 struct Expectation {
+    std::vector<PoseObservation> things;  // where things should be that are no robots
     std::vector<PoseObservation> robots;  // where robots should be by all that was seen of them before: they are looked for there first
     bool search = true;                   // everywhere, too, for what no expected robot explains
 };
@@ -46,6 +47,9 @@ struct BodyObserverSettings {
     double surprise = 0.02;          // probability that a robot is not where it is expected
     double expected_within = 0.7;    // m, 1 sigma: a robot that is expected no better is looked for everywhere
     int search_expected = 3;         // searches: in each of so many, expected robots are looked for everywhere, too
+    std::vector<Cylinder> things = {{0.5, 1.7}, {0.6, 0.9}};  // m: a person; a chair or a carton. What they explain better is no robot
+    double things_sigma = 0.1;       // m: how well these sizes fit
+    double odds_of_thing = 8;        // nats by which what may as well be a robot is likelier to be one: a thing has any size and is rarer
     double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -58,7 +62,9 @@ public:
     /// search.
     const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {},
                                           const Expectation& expected = {});
-    /// After find(): all robots that explain the moment, the known ones among them.
+    /// After find(): what stands there and is no robot of the site.
+    const std::vector<BodyPlace>& things() const { return things_; }
+    /// After find(): all that explains the moment, robots known before and things among it. Things count on behind the last robot.
     std::span<const KnownRobot> standing() const { return standing_; }
     /// After find(): did the robot turn out to stand there? If not, its outline was something else's.
     bool holds(const KnownRobot& known) const;
@@ -76,6 +82,8 @@ public:
     const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:
+    /// Bodies of robots; those of things come behind them.
+    std::size_t kinds() const { return bodies_.size() - (kind_of_.size() - robots_); }
     void begin_moment(std::span<const SeenBy> cameras);
     void look_where_expected(std::size_t kind);
     void search_everywhere(std::size_t kind);
@@ -83,6 +91,10 @@ private:
     int likeliest_of(std::size_t kind, const Pose2& pose) const;
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
+    void look_for_things(const Expectation& expected);
+    const BodyCandidate* thing_instead_of(const Body& robot, const Pose2& pose, double score, double prior) const;
+    bool settle_thing(const BodyCandidate& thing);
+    void settle_things();
     bool settle_next(bool only_expected);
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
@@ -97,6 +109,9 @@ private:
     std::vector<Evidence> left_;  // of each camera: what is not explained yet
     std::vector<SeenBy> moment_;
     std::vector<std::vector<BodyCandidate>> candidates_;  // of each body
+    std::size_t robots_ = 0;                              // of the site; behind them in kind_of_: the things
+    bool watches_things_ = false;                         // not where robots come in any number: those are found by other means
+    std::vector<BodyPlace> things_;
     std::vector<BodySighting> found_;
     // Of the moment that is looked at:
     std::vector<char> open_;                        // of each robot: not settled yet

@@ -383,6 +383,12 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
+    // What the description leaves out is the same in the next frame.
+    if (std::count(place.seen.begin(), place.seen.end(), 1) > 1) {
+        const Eigen::LLT<Eigen::Matrix3d> root(settings_.lasting * place.covariance);
+        place.by_calibration.leftCols<3>() = root.matrixL();
+        if (body.round()) place.by_calibration.row(2).setZero();
+    }
     const auto look = agreement(cameras, body, place.pose);
     double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);

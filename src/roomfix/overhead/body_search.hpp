@@ -36,6 +36,7 @@ struct BodySearchSettings {
     int spread_rounds = 4;
     double most_information = 40;      // nats: a body that is not exactly as described tells places apart no better than that
     double odds_of_clutter = 12;       // nats: what explains a picture as well as a body does by chance
+    double lasting = 0.85;             // part of the variance of a place found by several cameras that stays from frame to frame
     double least_place_sigma = 0.003;  // m
 };
 
@@ -43,7 +44,7 @@ struct BodySearchSettings {
 struct BodyPlace {
     Pose2 pose;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; with what is uncertain of body and calibration
-    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // where one camera alone sees it
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by errors that stay from frame to frame: one camera's calibration; of several cameras together, what the description leaves out
     double log_ratio = 0;                                                              // nats, summed over the cameras
     double weight = 0;                                                                 // of all places, 0..1
     double probability = 0;                                                            // that it is a body and no clutter
@@ -82,6 +83,9 @@ public:
     /// The best pose near one, in steps from `step` (m) down.
     BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
 
+    /// A place with its covariance and its probability against clutter.
+    BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best);
+
 private:
     struct Spread {
         Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // from the best pose: m, m, rad
@@ -94,8 +98,6 @@ private:
     double trust_in(double score) const;
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust);
-    BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best);
-
     BodySearchSettings settings_;
     PlaceMemory memory_;
     std::vector<BodyCandidate> candidates_;

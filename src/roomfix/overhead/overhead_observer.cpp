@@ -26,6 +26,7 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
     for (const SiteRobot& robot : robots) {
         shapes_.push_back(shape_points(robot.shape, robot.many ? std::max(robot.size_sigma, soft_size) : robot.size_sigma));
     }
+    for (const Cylinder& thing : settings.body.things) shapes_.push_back(shape_points(thing, settings.body.things_sigma));
     found_.reserve(64);
     others_.reserve(64);
     starts_.reserve(4096);
@@ -40,6 +41,7 @@ void OverheadObserver::set_background(BackgroundModel background, ColourBackgrou
 void OverheadObserver::observe(const PictureView& frame, OverheadResult& result) {
     result.observations.clear();
     result.reason.clear();
+    result.things.clear();
     learn_from(frame);
     observe_outlines(frame.grey);
     for (const Found& found : found_) {
@@ -92,6 +94,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
             const auto exact = outline_at(frame.grey, sighting, bodies_.standing());
             result.observations.push_back(exact ? *exact : roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
         }
+        result.things = bodies_.things();
         std::erase_if(result.observations, [&](const SilhouetteObservation& o) { return o.doubtful && !bodies_.holds(known_by_outline(o)); });
     }
     colour_background_.refresh(evidence_, 0.02f);

@@ -39,6 +39,7 @@ struct OverheadSettings {
 /// What one frame shows.
 struct OverheadResult {
     std::vector<SilhouetteObservation> observations;
+    std::vector<BodyPlace> things;  // what stands there and is no robot of the site
     std::string reason;    // why there is none; empty otherwise
     bool changed = false;  // so much differs from the background that this is hardly the view it was learned from
 };

@@ -58,6 +58,8 @@ void CameraPost::watch(const PictureView& frame, const FrameHints& hints) {
     observer_->look_for_bodies(hints.bodies);
     observer_->observe(frame, result_);
     poses_ = poses_of(result_.observations);
+    // The tracker knows what is no robot as one more kind of target behind the robots.
+    for (const BodyPlace& thing : result_.things) poses_.push_back({static_cast<int>(robots_.size()), thing.pose, false, thing.covariance});
     tagged_.clear();
     if (!tags_) return;
     for (const TaggedRobot& tagged : find_tagged_robots(observer_->view(), robots_, *tags_, frame.grey)) {

@@ -51,6 +51,7 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const std
         }
         together.robots.push_back(poses_of({observation_of(body, shape, posts[0]->view())}).front());
     }
+    together.things = observer_.things();
     for (CameraPost* post : posts) {
         const auto& outlines = post->outlines();
         for (std::size_t i = outlines.size(); i-- > 0;) {  // from the end: each takes only itself out of the list

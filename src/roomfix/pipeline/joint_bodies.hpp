@@ -12,6 +12,7 @@ namespace roomfix {
 struct JointSighting {
     std::string source;  // the cameras' names joined by "+"
     std::vector<PoseObservation> robots;
+    std::vector<BodyPlace> things;  // what is no robot
 };
 
 class JointBodies {

@@ -135,7 +135,7 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
     for (const Fix& fix : fixes) {
         if (fix.status == FixStatus::none) continue;
         json robot = {{"id", fix.robot},
-                      {"status", fix.status == FixStatus::ok ? "ok" : "coasting"},
+                      {"status", fix.unknown ? "unknown" : fix.status == FixStatus::ok ? "ok" : "coasting"},
                       {"x", rounded(fix.pose.x, 1e-4)},
                       {"y", rounded(fix.pose.y, 1e-4)},
                       {"sources", fix.sources}};

@@ -34,7 +34,18 @@ std::vector<std::string> single_sources(const std::vector<std::string>& sources)
 
 }  // namespace
 
-SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site), tracker_(site) {}
+/// The site with one more kind of target for the tracker: whatever is no robot.
+static Site with_unknown(Site site) {
+    SiteRobot unknown;
+    unknown.id = "unknown";
+    unknown.shape = Cylinder{0.5, 1.7};
+    unknown.size_sigma = 0.1;
+    unknown.many = unknown.unknown = true;
+    site.robots.push_back(unknown);
+    return site;
+}
+
+SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site), tracker_(with_unknown(site)) {}
 
 Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
     std::unique_ptr<SiteRunner> runner(new SiteRunner(site));
@@ -158,6 +169,7 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
         if (looks[i]) report(frames[i], *looks[i]);
     }
     const std::lock_guard lock(mutex_);
+    for (const BodyPlace& thing : joint.things) joint.robots.push_back(observation_of(thing));
     if (!joint.robots.empty()) {
         tracker_.see(frames.back().time, joint.source, joint.robots);
         pass_on(frames.back().time, joint.source);
@@ -196,6 +208,7 @@ FrameHints SiteRunner::hints_for(const CameraPost& post, Nanoseconds time) const
     if (post.is_fixed()) {
         hints.elsewhere = robots_elsewhere(post, time);
         hints.robots.robots = expected_robots(time);
+        hints.robots.things = expected_things(time);
     }
     if (post.robot() < 0) return hints;
     hints.ranges = ears_.near(post.robot(), time);
@@ -221,6 +234,18 @@ std::vector<PoseObservation> SiteRunner::expected_robots(Nanoseconds time) const
     }
     return expected;
 }
+
+/// Where things should be that are no robots. The mutex is held.
+std::vector<PoseObservation> SiteRunner::expected_things(Nanoseconds time) const {
+    std::vector<PoseObservation> expected;
+    for (const Fix& fix : tracker_.fixes(time)) {
+        if (fix.unknown && fix.status != FixStatus::none) expected.push_back({unknown_robot(), fix.pose, false, fix.covariance});
+    }
+    return expected;
+}
+
+/// What is no robot, as the tracker is told of it.
+PoseObservation SiteRunner::observation_of(const BodyPlace& thing) const { return {unknown_robot(), thing.pose, false, thing.covariance}; }
 
 /// Robots that are surely where a fixed camera does not see them, each with a flag: behind a wall, or outside the picture. The
 /// mutex is held.

@@ -127,6 +127,9 @@ private:
     FrameHints hints_for(const CameraPost& post, Nanoseconds time) const;
     bool may_search(const CameraFrame& frame);
     std::vector<PoseObservation> expected_robots(Nanoseconds time) const;
+    int unknown_robot() const { return static_cast<int>(site_.robots.size()); }  // index of the tracker's last kind of target
+    std::vector<PoseObservation> expected_things(Nanoseconds time) const;
+    PoseObservation observation_of(const BodyPlace& thing) const;
     std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
     void report(const CameraFrame& frame, const Look& look);

@@ -112,6 +112,7 @@ struct SiteRobot {
     std::string model;                           // as written: the file that the parts come from; empty: the site file itself
     double model_scale = 1;                      // m per unit of the model
     double size_sigma = 0.005;                   // m: how well the shape is known
+    bool unknown = false;                        // no robot of the site at all, but whatever else stands there: never in a site file
     bool many = false;                           // any number of them, all alike
     Drive drive = Drive::unknown;
     std::optional<WheelOdometry> odometry;
