@@ -27,6 +27,8 @@ for breakage in (
     lambda s: s["robots"].update(r={}),
     lambda s: s["robots"].update(r={"parts": [{"box": [1, 1, 1]}]}),
     lambda s: s["robots"].update(r={"model": "cart.jpg"}),
+    lambda s: s["robots"].update(r={"model": "cart.stl", "model_scale": 0}),
+    lambda s: s["robots"].update(r={"shape": "box", "size": [1, 1, 1], "model_scale": 0.001}),
     lambda s: s["robots"].update(r={"model": "cart.body", "shape": "box", "size": [1, 1, 1]}),
     lambda s: s["robots"].update(r={"parts": [{"box": [1, 1, 1], "at": [0, 0, 0.5]}], "shape": "box", "size": [1, 1, 1]}),
 ):
@@ -38,6 +40,8 @@ for breakage in (
 for body in (
     {"parts": [{"box": [0.54, 0.1, 0.26], "at": [0, 0.22, 0.13], "yaw_deg": 30}, {"cylinder": [0.1, 0.5], "at": [0, 0, 0.7]}]},
     {"model": "cart.body", "size_sigma": 0.02},
+    {"model": "spot/spot.urdf"},
+    {"model": "cart.STL", "model_scale": 0.001, "count": "many"},
     {"parts": [{"points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}], "count": "many"},
 ):
     fine = json.loads(json.dumps(good))

@@ -110,7 +110,7 @@ TEST_F(LearnedBodyFile, ASiteUsesItAsTheRobotsBody) {
 TEST_F(LearnedBodyFile, AModelThatIsNoneIsRefusedAtItsLine) {
     write("broken.body", "roomfix_body: 1\n");
     for (const auto& [model, words] :
-         std::vector<std::pair<std::string, std::string>>{{"spot.jpg", "no body file"}, {"missing.body", "missing.body"}, {"broken.body", "needs"}}) {
+         std::vector<std::pair<std::string, std::string>>{{"spot.jpg", "is no model"}, {"missing.body", "missing.body"}, {"broken.body", "needs"}}) {
         const LoadedSite loaded = parse_site("roomfix: 1\nsite: {name: lab}\nrobots:\n  cart: {model: " + model + "}\n", folder);
         ASSERT_FALSE(loaded.usable()) << model;
         EXPECT_EQ(loaded.problems[0].line, 4) << model;

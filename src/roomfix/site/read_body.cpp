@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/site/body_parts.hpp"
-#include "roomfix/site/learned_body.hpp"
+#include "roomfix/site/read_model.hpp"
 
 namespace roomfix {
 namespace {
@@ -125,37 +124,22 @@ void read_parts(YamlReader& reader, const YAML::Node& node, const std::string& w
     robot.parts = std::move(parts);
 }
 
-/// A body that `roomfix calibrate robot` learned.
-void read_model(YamlReader& reader, const YAML::Node& node, const std::string& what, const Site& site, SiteRobot& robot) {
-    const auto name = reader.text(node, what);
-    if (!name) return;
-    if (std::filesystem::path(*name).extension() != learned_body_ending) {
-        return reader.error(node, fmt::format("{}: '{}' is no body file (*{}): learn one with 'roomfix calibrate robot', or describe the robot by 'parts'",
-                                              what, *name, learned_body_ending));
-    }
-    auto body = read_learned_body(resolved_path(site, *name));
-    if (!body) return reader.error(node, fmt::format("{}: {}", what, body.error().message));
-    robot.learned_body = *name;
-    robot.parts = body->parts;
-    robot.shape = box_around(robot.parts);
-    robot.size_sigma = body->size_sigma;
-    robot.learned = std::make_shared<const LearnedBody>(std::move(*body));
-}
-
 }  // namespace
 
 void read_body(YamlReader& reader, const YAML::Node& node, const std::string& what, const Site& site, SiteRobot& robot) {
     const YAML::Node parts = node["parts"];
     const YAML::Node model = node["model"];
+    const YAML::Node scale = node["model_scale"];
     const bool shaped = node["shape"].IsDefined() || node["size"].IsDefined();
     const int kinds = shaped + parts.IsDefined() + model.IsDefined();
     if (kinds > 1)
         reader.error(model.IsDefined() ? model : parts, fmt::format("{} has more than one of shape and size, parts, and model: keep one of them", what));
     if (kinds == 0) reader.error(node, fmt::format("{} needs a body: shape and size, or parts, or model", what));
+    if (scale.IsDefined() && !model.IsDefined()) reader.error(scale, fmt::format("{}.model_scale belongs to 'model': there is none", what));
     if (kinds != 1) return;
     if (shaped) read_shape(reader, node, what, robot);
     if (parts.IsDefined()) read_parts(reader, parts, what + ".parts", robot);
-    if (model.IsDefined()) read_model(reader, model, what + ".model", site, robot);
+    if (model.IsDefined()) read_model(reader, model, scale, what, site, robot);
 }
 
 }  // namespace roomfix

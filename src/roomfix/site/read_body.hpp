@@ -9,8 +9,8 @@
 
 namespace roomfix {
 
-/// Fills the robot's shape, parts, model and learned body from its keys `shape`, `size`, `parts` and `model`; what
-/// is wrong with them goes to the reader. `what`: the robot's name in messages; `site`: where relative paths start.
+/// Fills the robot's shape, parts, model and learned body from its keys `shape`, `size`, `parts`, `model` and
+/// `model_scale`; what is wrong with them goes to the reader. `what`: the robot's name in messages; `site`: where relative paths start.
 void read_body(YamlReader& reader, const YAML::Node& node, const std::string& what, const Site& site, SiteRobot& robot);
 
 }  // namespace roomfix

@@ -42,7 +42,7 @@ void read_robot_tag(YamlReader& reader, const YAML::Node& node, const std::strin
 
 void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "robots." + id;
-    if (!reader.map(node, what, {"shape", "size", "size_sigma", "parts", "model", "count", "drive", "odometry", "receiver", "tag"})) return;
+    if (!reader.map(node, what, {"shape", "size", "size_sigma", "parts", "model", "model_scale", "count", "drive", "odometry", "receiver", "tag"})) return;
     SiteRobot robot;
     robot.id = id;
     read_body(reader, node, what, site, robot);
