@@ -112,19 +112,48 @@ void BodyObserver::look_for_things(const Expectation& expected) {
     }
 }
 
-/// The thing that explains better than a robot at this pose what both would explain; null: the robot does. All samples share the errors of the
-/// descriptions, so that only a part of the scores counts.
-const BodyCandidate* BodyObserver::thing_instead_of(const Body& robot, const Pose2& pose, double score, double prior) const {
+/// What is left of the moment behind a body.
+std::vector<Evidence> BodyObserver::left_behind(const Body& body, const Pose2& pose) {
+    std::vector<Evidence> rest = left_;
+    rest.swap(left_);
+    take_away(pose, body);
+    rest.swap(left_);
+    return rest;
+}
+
+/// The most that any candidate of some kinds explains of what is left.
+double BodyObserver::most_of(const std::vector<Evidence>& rest, std::size_t first_kind, std::size_t end_kind) {
+    std::vector<SeenBy> moment = moment_;
+    for (std::size_t c = 0; c < moment.size(); ++c) moment[c].evidence = &rest[c];
+    double most = 0;
+    for (std::size_t kind = first_kind; kind < end_kind; ++kind) {
+        for (const BodyCandidate& candidate : candidates_[kind]) most = std::max(most, search_.score(moment, bodies_[kind], candidate.pose));
+    }
+    return most;
+}
+
+/// The thing that explains better than a robot at this pose what both would explain, each with the best that the other kind makes of what it leaves;
+/// null: the robot does. All samples share the errors of the descriptions, so that only a part of the scores counts.
+const BodyCandidate* BodyObserver::thing_instead_of(std::size_t robot_kind, const Pose2& pose, double score, double prior) {
+    const Body& robot = bodies_[robot_kind];
     const BodyCandidate* best = nullptr;
+    std::size_t best_kind = 0;
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
         for (const BodyCandidate& thing : candidates_[kind]) {
             const double apart = std::hypot(thing.pose.x - pose.x, thing.pose.y - pose.y);
             if (apart > robot.radius + bodies_[kind].radius || (best && thing.score <= best->score)) continue;
-            const double trust = std::min(1.0, settings_.search.most_information / std::max(thing.score, 1.0));
-            if (trust * (thing.score - score) > settings_.odds_of_thing + prior) best = &thing;
+            best = &thing;
+            best_kind = kind;
         }
     }
-    return best;
+    if (!best) return nullptr;
+    const double trust = std::min(1.0, settings_.search.most_information / std::max(best->score, 1.0));
+    const double lead = trust * (best->score - score) - settings_.odds_of_thing - prior;
+    const double clutter = settings_.search.odds_of_clutter;
+    if (lead + std::max(trust * score - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
+    const double robot_behind = trust * most_of(left_behind(bodies_[best_kind], best->pose), robot_kind, robot_kind + 1) - clutter;
+    const double thing_behind = trust * most_of(left_behind(robot, pose), kinds(), bodies_.size()) - clutter - settings_.odds_of_thing;
+    return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) > 0 ? best : nullptr;
 }
 
 /// A thing takes its pixels out of what is left, if it is no clutter and stands in no robot. In any case it is no candidate any more.
@@ -204,7 +233,7 @@ bool BodyObserver::settle_next(bool only_expected) {
     const int best = best_body();
     if (best >= 0) {
         const BodyCandidate& first = candidates_[kind_of_[static_cast<std::size_t>(best)]][0];
-        if (const BodyCandidate* thing = thing_instead_of(body(best), first.pose, first.score, std::max(first.prior, 0.0))) {
+        if (const BodyCandidate* thing = thing_instead_of(kind_of_[static_cast<std::size_t>(best)], first.pose, first.score, std::max(first.prior, 0.0))) {
             settle_thing(*thing);
             return true;
         }
@@ -222,7 +251,7 @@ bool BodyObserver::settle_next(bool only_expected) {
         const KnownRobot likeliest = *outline;
         unsure_.erase(outline);
         const double own = most - prior_of(likeliest.robot, likeliest.pose);
-        if (const BodyCandidate* thing = thing_instead_of(body(likeliest.robot), likeliest.pose, own, std::max(most - own, 0.0))) {
+        if (const BodyCandidate* thing = thing_instead_of(kind_of_[static_cast<std::size_t>(likeliest.robot)], likeliest.pose, own, std::max(most - own, 0.0))) {
             settle_thing(*thing);
             unsure_.push_back(likeliest);
             return true;

@@ -49,7 +49,7 @@ struct BodyObserverSettings {
     int search_expected = 3;         // searches: in each of so many, expected robots are looked for everywhere, too
     std::vector<Cylinder> things = {{0.5, 1.7}, {0.6, 0.9}};  // m: a person; a chair or a carton. What they explain better is no robot
     double things_sigma = 0.1;       // m: how well these sizes fit
-    double odds_of_thing = 8;        // nats by which what may as well be a robot is likelier to be one: a thing has any size and is rarer
+    double odds_of_thing = 16;              // nats by which what may as well be a robot is likelier to be one: a thing has any size and is rarer
     double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -92,7 +92,9 @@ private:
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
     void look_for_things(const Expectation& expected);
-    const BodyCandidate* thing_instead_of(const Body& robot, const Pose2& pose, double score, double prior) const;
+    std::vector<Evidence> left_behind(const Body& body, const Pose2& pose);
+    double most_of(const std::vector<Evidence>& rest, std::size_t first_kind, std::size_t end_kind);
+    const BodyCandidate* thing_instead_of(std::size_t robot_kind, const Pose2& pose, double score, double prior);
     bool settle_thing(const BodyCandidate& thing);
     void settle_things();
     bool settle_next(bool only_expected);

@@ -53,6 +53,14 @@ Eigen::Vector2d normal_pair(double u, double v) {
 
 bool better(const BodyCandidate& a, const BodyCandidate& b) { return a.total() > b.total(); }
 
+/// What a body's description leaves out is the same in the next frame, wherever several cameras see the body.
+void note_lasting(BodyPlace& place, const Body& body, double part) {
+    if (std::count(place.seen.begin(), place.seen.end(), 1) < 2) return;
+    const Eigen::LLT<Eigen::Matrix3d> root(part * place.covariance);
+    place.by_calibration.leftCols<3>() = root.matrixL();
+    if (body.round()) place.by_calibration.row(2).setZero();
+}
+
 Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.yaw + by.z())}; }
 
 }  // namespace
@@ -130,6 +138,7 @@ std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const
         places.back().weight = weight;
     }
     add_rivals(places, body);
+    note_lasting(places[0], body, settings_.lasting);
     return places;
 }
 
@@ -143,10 +152,10 @@ void BodySearch::add_rivals(std::vector<BodyPlace>& places, const Body& body) {
     for (const BodyPlace& place : places) {
         const double turn = body.round() ? 0 : std::remainder(place.pose.yaw - places[0].pose.yaw, body.symmetry);
         const Eigen::Vector3d off(place.pose.x - places[0].pose.x, place.pose.y - places[0].pose.y, turn);
-        sum += place.weight * (place.covariance + off * off.transpose());
+        sum += place.weight * (place.covariance - place.by_calibration * place.by_calibration.transpose() + off * off.transpose());
         weights += place.weight;
     }
-    places[0].covariance = sum / weights;
+    places[0].covariance = sum / weights + places[0].by_calibration * places[0].by_calibration.transpose();
 }
 
 /// Does any camera show something else where the body would stand?
@@ -383,12 +392,6 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
-    // What the description leaves out is the same in the next frame.
-    if (std::count(place.seen.begin(), place.seen.end(), 1) > 1) {
-        const Eigen::LLT<Eigen::Matrix3d> root(settings_.lasting * place.covariance);
-        place.by_calibration.leftCols<3>() = root.matrixL();
-        if (body.round()) place.by_calibration.row(2).setZero();
-    }
     const auto look = agreement(cameras, body, place.pose);
     double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);
