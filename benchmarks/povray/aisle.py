@@ -25,7 +25,7 @@ def random_camera(rng, room):
     middle = np.array([room.length, room.width]) / 2
     target = corner + (middle - corner) * rng.uniform(0.6, 1.1) + rng.normal(0, 0.3, 2)
     while True:
-        size, focal, centre, distortion = random_lens(rng, rng.random() < 0.35)
+        size, focal, centre, distortion = random_lens(rng, rng.random() < 0.25)
         camera = Camera(size, focal, centre, distortion, [*corner, height], [*target, rng.uniform(0, 0.5)], rng.normal(0, 0.02))
         if camera.lens_is_usable():
             return camera
@@ -52,7 +52,7 @@ class World:
         spot = self.camera.position[:2]
         self.room.furnish(self.rng, int(self.rng.integers(1, 7)), [(*spot, 0.8)])
         self.room.litter(self.rng)
-        self.pillar = self.rng.random() < 0.3 and self.add_pillar()
+        self.pillar = self.add_pillar() if self.rng.random() < 0.3 else None
         self.sensor = Sensor(self.rng, (self.camera.height, self.camera.width))
         self.truth, self.count = [], 0
 
@@ -69,20 +69,21 @@ class World:
                 half = self.rng.uniform(0.07, 0.16)
                 self.room.things += things.block([x - half, y - half, 0], [x + half, y + half, self.room.ceiling], things.paint(self.room.wall)) + "\n"
                 self.room.blocked.append((x, y, half * 1.42))
-                return True
-        return False
+                return x, y, half, self.room.ceiling
+        return None
 
-    def place_robot(self, hidden, tries=150):
+    def place_robot(self, hidden, tries=1500):
         """Pose, occluder and the part of the robot that is seen: nearly all of it, or 35 to 80 %."""
         for n in range(tries):
             x, y = self.floor_in_sight(1)[0]
             pose = [float(x), float(y), float(self.rng.uniform(-math.pi, math.pi))]
             if not self.room.is_free(x, y, self.robot.radius) or not self.big_enough(pose):
                 continue
-            by_pillar = self.pillar and n < tries // 2
-            occluder = self.occluder(pose) if hidden and not by_pillar else ("", "pillar" if hidden else "")
-            if occluder is None:
-                continue
+            occluder = ("", "", None)
+            if hidden:
+                occluder = ("", "pillar", self.pillar) if self.pillar and n < tries // 2 else self.occluder(pose)
+                if occluder is None or not 0.2 < self.part_covered(pose, occluder[2]) < 0.75:
+                    continue
             seen = self.part_seen(pose, occluder[0])
             if (0.35 < seen < 0.8) if hidden else seen > 0.97:
                 return pose, occluder, seen
@@ -105,8 +106,18 @@ class World:
         if before > distance - 0.5 or not self.room.is_free(*at, radius) or math.hypot(*(at - pose[:2])) < self.robot.radius + radius:
             return None
         if person:
-            return things.Person(self.rng).pov(*at, self.rng.uniform(-math.pi, math.pi), self.rng.uniform(-1.5, 1.5)), "person"
-        return things.carton(self.rng, *at), "carton"
+            walker = things.Person(self.rng).pov(*at, self.rng.uniform(-math.pi, math.pi), self.rng.uniform(-1.5, 1.5))
+            return walker, "person", (*at, 0.2, 1.7)
+        return things.carton(self.rng, *at), "carton", (*at, 0.25, 0.5)
+
+    def part_covered(self, pose, upright):
+        """Roughly, without rendering: corners behind an upright cylinder x, y, radius, height."""
+        corners = np.vstack(self.robot.corners(pose))
+        way = corners - self.camera.position
+        t = ((np.array(upright[:2]) - self.camera.position[:2]) * way[:, :2]).sum(1) / (way[:, :2] ** 2).sum(1)
+        nearest = self.camera.position + way * t[:, None]
+        behind = (t > 0) & (t < 1) & (np.hypot(*(nearest[:, :2] - upright[:2]).T) < upright[2]) & (nearest[:, 2] < upright[3])
+        return behind.mean()
 
     def part_seen(self, pose, occluder):
         whole = self.robot.mask(self.camera, pose, self.scratch).sum()
@@ -145,7 +156,7 @@ class World:
             placed = self.place_robot(False)
         if not placed:
             return
-        pose, (occluder, what), seen = placed
+        pose, (occluder, what, _), seen = placed
         levels, gain, balance, changes = self.changed_light() if kind == "light" else (None, 1.0, np.ones(3), [])
         light = self.camera.picture(self.room.scene(self.robot.pov(pose) + occluder, levels), self.scratch)
         row = {"x": pose[0], "y": pose[1], "kind": kind, "what": ", ".join(changes) or what, "seen": round(float(seen), 3),

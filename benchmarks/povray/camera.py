@@ -9,7 +9,7 @@ import subprocess
 import cv2
 import numpy as np
 
-oversampling = 1.1  # pixels of the wide picture per pixel of the camera, in the middle
+oversampling = 1.0  # pixels of the wide picture per pixel of the camera, in the middle
 full_scale = 3.0    # linear light 1 is a white wall well lit; brighter than this is cut off
 
 
@@ -127,7 +127,7 @@ def render(text, size, folder, smooth=2):
     folder = pathlib.Path(folder)
     scene, picture = folder / "scene.pov", folder / "scene.png"
     scene.write_text(text)
-    edges = ["+A0.08", "+AM1", f"+R{smooth}"] if smooth else ["-A"]
+    edges = ["+A0.15", "+AM1", f"+R{smooth}"] if smooth else ["-A"]
     done = subprocess.run(["nice", "-n", "10", "povray", f"+I{scene.name}", f"+O{picture.name}", f"+W{size[0]}", f"+H{size[1]}", "+FN16", *edges, "-J", "-D", "-P",
                            "+WT1", "-V", "File_Gamma=1.0"], cwd=folder, capture_output=True, text=True)
     if done.returncode:
