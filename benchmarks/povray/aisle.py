@@ -1,8 +1,8 @@
 """Single pictures of one robot, whose site file knows only its bounding box, in random rooms with one camera each."""
 import json
 import math
-import tempfile
 import pathlib
+import tempfile
 
 import numpy as np
 import yaml
@@ -135,18 +135,21 @@ class World:
         self.truth.append({"image": name, "camera": "cam", **row})
         self.count += 1
 
+    def factor(self):
+        """15 to 30 % up or down."""
+        return float(1 + self.rng.choice([-1, 1]) * self.rng.uniform(0.15, 0.3))
+
     def changed_light(self):
         """Lamp levels, gain and balance of 15 to 30 % each, one or two of them changed."""
         levels, gain, balance, what = [1.0] * len(self.room.lamps), 1.0, np.ones(3), []
-        factor = lambda: float(1 + self.rng.choice([-1, 1]) * self.rng.uniform(0.15, 0.3))
         for kind in self.rng.permutation(["exposure", "balance", "lamp"])[:self.rng.integers(1, 3)]:
             what.append(str(kind))
             if kind == "exposure":
-                gain = factor()
+                gain = self.factor()
             elif kind == "balance":
-                balance[self.rng.choice([0, 2])] = factor()
+                balance[self.rng.choice([0, 2])] = self.factor()
             else:
-                levels[self.rng.integers(len(levels))] = factor()
+                levels[self.rng.integers(len(levels))] = self.factor()
         return levels, gain, balance, what
 
     def robot_frame(self, kind):

@@ -123,11 +123,11 @@ def random_lens(rng, big=False):
 
 
 def render(text, size, folder, smooth=2):
-    """A scene's linear light by POV-Ray, float32. `folder` is for files that come and go; edges get up to `smooth`^2 rays a pixel, 0 for one."""
+    """A scene's linear light by POV-Ray, float32. `folder` is for files that come and go; edges get finer grids with larger `smooth`, 0 for one ray a pixel."""
     folder = pathlib.Path(folder)
     scene, picture = folder / "scene.pov", folder / "scene.png"
     scene.write_text(text)
-    edges = ["+A0.15", "+AM1", f"+R{smooth}"] if smooth else ["-A"]
+    edges = [f"+A{0.6 / smooth**2:.3f}", "+AM2", f"+R{smooth}"] if smooth else ["-A"]
     done = subprocess.run(["nice", "-n", "10", "povray", f"+I{scene.name}", f"+O{picture.name}", f"+W{size[0]}", f"+H{size[1]}", "+FN16", *edges, "-J", "-D", "-P",
                            "+WT1", "-V", "File_Gamma=1.0"], cwd=folder, capture_output=True, text=True)
     if done.returncode:

@@ -37,7 +37,7 @@ def sphere_offsets(camera, rng, folder):
     for point in points:
         radius = 2.5 * np.linalg.norm(point - camera.position) / camera.matrix[0, 0]
         scene += f"sphere {{ {vector(point)}, {radius:.6f} pigment {{ rgb 1 }} finish {{ diffuse 0 emission {1 / full_scale:.3f} }} }}\n"
-    light = camera.picture(scene, folder, smooth=5)[:, :, 1]
+    light = camera.picture(scene, folder, smooth=4)[:, :, 1]
     offsets = []
     for pixel in camera.project(points):
         left, top = (np.round(pixel) - 9).astype(int)

@@ -7,9 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-import cv2
 import numpy as np
-import yaml
 
 from . import sheet
 

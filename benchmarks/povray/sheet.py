@@ -50,7 +50,9 @@ def draw(picture, view, pose, size, colour):
 
 
 def labelled(picture, text):
-    picture = cv2.resize(picture, tile, interpolation=cv2.INTER_AREA)
+    scale = min(tile[0] / picture.shape[1], tile[1] / picture.shape[0])
+    picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    picture = cv2.copyMakeBorder(picture, 0, tile[1] - picture.shape[0], 0, tile[0] - picture.shape[1], cv2.BORDER_CONSTANT)
     cv2.rectangle(picture, (0, 0), (tile[0], 20), (0, 0, 0), -1)
     cv2.putText(picture, text, (4, 15), cv2.FONT_HERSHEY_SIMPLEX, 0.42, (255, 255, 255), 1, cv2.LINE_AA)
     return picture
