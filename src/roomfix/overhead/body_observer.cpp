@@ -74,6 +74,7 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     moment_.assign(cameras.begin(), cameras.end());
     for (std::size_t c = 0; c < cameras.size(); ++c) {
         left_[c] = *cameras[c].evidence;
+        left_[c].perhaps.resize(left_[c].pixels.size());  // none where nobody said what may be a shadow
         moment_[c].evidence = &left_[c];
     }
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
