@@ -30,23 +30,15 @@ Result<Station> make_station(const Scenario& scenario, std::size_t index, const 
     Station station{CameraRenderer(scene, camera.truth, camera.sensor, seed * 31 + index), OverheadObserver(*view, scenario.site.robots), {}};
     Random random(seed * 977 + index);
     BackgroundLearner learner;
-    ColourFrames small_frames;
-    ColourImage small;
     std::vector<LumaImage> frames;
     const int count = with_published ? published_background_frames : background_frames;
     for (int i = 0; i < count; ++i) {
         LumaImage frame;
         station.renderer.render({}, light_at(0.1 * i, seed + index), 1'000'000 + static_cast<std::uint64_t>(i), frame);
-        if (i < background_frames) {
-            learner.add(frame);
-            shrink_grey(frame, small);
-            small_frames.add(small);
-        }
+        if (i < background_frames) learner.add(frame);
         if (with_published) frames.push_back(std::move(frame));
     }
-    ColourBackground background;
-    background.learn(small_frames.frames());
-    station.observer.set_background(learner.learn(), std::move(background));
+    station.observer.set_background(learner.learn());
     if (with_published) {
         const auto rectangle = li2014_rectangle(camera, 0.5, random);
         auto published = Li2014::set_up(view->model, rectangle, li2014_aisle_ahead(camera.truth));
@@ -177,7 +169,6 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
         int station_camera = -1;
         OverheadResult seen;
         LumaImage frame;
-        ColourImage small;
         for (std::size_t p = 0; p < points.size(); ++p) {
             const auto index = static_cast<std::size_t>(points[p].camera);
             const ScenarioCamera& camera = scenario.cameras[index];
@@ -196,8 +187,7 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
                 }
                 const double light = options.light * light_at(30 + 3.0 * static_cast<double>(report.trials.size()), seed);
                 station->renderer.render(solids, light, report.trials.size(), frame);
-                shrink_grey(frame, small);
-                station->observer.observe({frame, &small}, seen);
+                station->observer.observe(frame, seen);
                 if (!seen.observations.empty()) {
                     trial.ours = seen.observations[0].pose;
                     trial.covariance = seen.observations[0].covariance;

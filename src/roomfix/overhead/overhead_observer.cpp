@@ -58,6 +58,7 @@ void OverheadObserver::observe_outlines(LumaView frame) {
     const auto& components = finder_.find(foreground_.mask, 12);
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
     found_.clear();
+    searches_left_ = settings_.most_searches;
     masks_ = {&foreground_.mask, &foreground_.shadow};
     find_expected(evidence);
     const auto count = std::min(components.size(), static_cast<std::size_t>(settings_.most_blobs));
@@ -227,6 +228,16 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
         }
     }
+    // The search takes long: so many in a frame, the rest is left to the bodies.
+    if (!expected_.search || searches_left_ == 0) return best;
+    --searches_left_;
+    // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
+    const Blob clearer = look_closer(evidence.frame, blob);
+    const Pose2 guess = best.fit.determined ? best.fit.pose : best.coarse.pose;
+    const auto found = place_search_.find(evidence, masks_, view_, shape, clearer, guess, settings_.fit, settings_.search);
+    if (!found.fit.determined) return best;
+    best.coarse = found.coarse;
+    best.fit = found.fit;
     return best;
 }
 
@@ -235,6 +246,21 @@ bool OverheadObserver::may_stand_behind(const FrameEvidence& evidence, const Sha
     if (fit.into_shadow < settings_.least_into_shadow) return false;
     const auto behind = pose_behind_shadow(evidence, view_, shape, fit, settings_.fit);
     return behind && fit_outline(evidence, view_, shape, *behind, {}, settings_.fit).score > fit.score - settings_.least_lead;
+}
+
+/// Adds what is faint around the blob to the foreground, and measures the blob anew.
+Blob OverheadObserver::look_closer(LumaView frame, const Blob& blob) {
+    Component box = blob.component;
+    const int margin = 8 + std::max(box.right - box.left, box.bottom - box.top) / 4;
+    box.left = std::max(box.left - margin, 0);
+    box.top = std::max(box.top - margin, 0);
+    box.right = std::min(box.right + margin, frame.width - 1);
+    box.bottom = std::min(box.bottom + margin, frame.height - 1);
+    background_.add_faint(frame, box.left, box.top, box.right, box.bottom, foreground_);
+    open(foreground_.mask, scratch_);
+    close(foreground_.mask, scratch_);
+    if (masks_.foreground != &foreground_.mask) copy_remaining();
+    return measure_blob(masks_, box);
 }
 
 /// People and loads have no exact outline: the place whose silhouette covers the most foreground.

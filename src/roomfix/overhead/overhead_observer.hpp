@@ -12,6 +12,7 @@
 #include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/body_observer.hpp"
 #include "roomfix/overhead/outline_fit.hpp"
+#include "roomfix/overhead/place_search.hpp"
 #include "roomfix/overhead/robot_search.hpp"
 
 namespace roomfix {
@@ -19,6 +20,7 @@ namespace roomfix {
 struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
+    PlaceSearchSettings search;
     BodyObserverSettings body;
     double least_score = 0.40;      // of an outline fit, to be a fix
     double good_score = 0.60;       // above, no other place is tried
@@ -33,6 +35,7 @@ struct OverheadSettings {
     double expected_within = 0.5;   // m, 1 sigma: a robot that is expected no better is looked for everywhere
     double expected_gate = 25;      // squared Mahalanobis distance from where it is expected, up to which an outline found there is the robot's
     int most_blobs = 32;
+    int most_searches = 1;  // for outlines of which a part is hidden, in a frame
     int most_starts = 6;  // places of a soft target climbed from
 };
 
@@ -98,6 +101,7 @@ private:
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
     bool may_stand_behind(const FrameEvidence& evidence, const ShapePoints& shape, const OutlineFit& fit) const;
+    Blob look_closer(LumaView frame, const Blob& blob);
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
     void remove_from_remaining(Found& found);
@@ -135,6 +139,8 @@ private:
     BitMask taken_;
     ComponentFinder finder_;
     std::vector<CoarsePose> starts_;
+    PlaceSearch place_search_;
+    int searches_left_ = 0;
     std::vector<Found> found_;
     std::vector<Silhouette> others_;
     Evidence evidence_;
