@@ -358,8 +358,8 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float ends = beyond / settings_.light_spread;
         float log_lit = -0.5f * (uneven_[i] * uneven_[i] / (rough * rough) + ends * ends) - std::log(rough) - 0.5f * log_two_pi - std::log(range);
         if (channels_ > 1) log_lit += -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance));
-        // What the surroundings tell of the structure: positive if the background's goes on here in another light.
-        const float structure = std::clamp(settings_.structure_weight * around_structure_[i] * window_pixels, -settings_.most_structure, settings_.most_structure);
+        // Does the background's structure go on here in another light? That it does not says less: dark and worn floors lose theirs, too.
+        const float structure = std::clamp(settings_.structure_weight * around_structure_[i] * window_pixels, 0.0f, settings_.most_structure);
         const float lit = settings_.share_lit * std::exp(log_lit + structure);
         // Something else has any colour; its surface may be as even as a shadow, but then in itself and not beside the background.
         const float even = std::exp(-0.5f * even_[i] * even_[i] / (rough * rough) - std::log(rough) - 0.5f * log_two_pi);

@@ -299,35 +299,18 @@ void BodyObserver::drop_blocked() {
     }
 }
 
-/// The open robot whose body explains most of what is left; -1: none. Where robots of two kinds may stand at the same place, it is the one that has no
-/// other place as good.
+/// The open robot whose body explains most of what is left; -1: none.
 int BodyObserver::best_body() const {
-    std::size_t best = kinds();
-    const auto is_candidate = [&](std::size_t kind) { return !candidates_[kind].empty() && is_open(kind); };
-    const auto first = [&](std::size_t kind) -> const BodyCandidate& { return candidates_[kind][0]; };
+    int best = -1;
+    double most = 0;
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
-        if (is_candidate(kind) && (best == kinds() || first(kind).total() > first(best).total())) best = kind;
+        if (candidates_[kind].empty() || !is_open(kind)) continue;
+        const BodyCandidate& first = candidates_[kind][0];
+        if (best >= 0 && first.total() <= most) continue;
+        most = first.total();
+        best = likeliest_of(kind, first.pose);
     }
-    if (best == kinds()) return -1;
-    const std::size_t most = best;
-    double lead = 0;
-    for (std::size_t kind = 0; kind < kinds(); ++kind) {
-        if (kind == most || !is_candidate(kind)) continue;
-        const double apart = std::hypot(first(kind).pose.x - first(most).pose.x, first(kind).pose.y - first(most).pose.y);
-        if (apart >= settings_.overlap * (bodies_[kind].inner_radius + bodies_[most].inner_radius)) continue;
-        const double gain = first(kind).total() - first(most).total() + elsewhere(most) - elsewhere(kind);
-        if (gain <= lead) continue;
-        lead = gain;
-        best = kind;
-    }
-    return likeliest_of(best, first(best).pose);
-}
-
-/// What a kind's robots lose least by leaving the kind's best place to others: the best place that none of them needs.
-double BodyObserver::elsewhere(std::size_t kind) const {
-    std::size_t robots = 0;
-    for (std::size_t r = 0; r < open_.size(); ++r) robots += open_[r] && kind_of_[r] == kind;
-    return robots < candidates_[kind].size() ? std::max(candidates_[kind][robots].total(), 0.0) : 0.0;
+    return best;
 }
 
 bool BodyObserver::holds(const KnownRobot& known) const {

@@ -102,7 +102,6 @@ private:
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     void drop_blocked();
     int best_body() const;
-    double elsewhere(std::size_t kind) const;
     void take_away(const Pose2& pose, const Body& body);
 
     BodyObserverSettings settings_;

@@ -8,11 +8,6 @@ namespace {
 
 constexpr double rows_enough = 40;  // of a body of one part: more rows say the same
 
-// A description may be a box around something thin, such as a mast: then little of it is filled, core or not.
-constexpr double sparse = 0.1;         // probability of that
-constexpr double sparse_filled = 1.0;  // Beta distribution of the part of its pixels that differ from the background ...
-constexpr double sparse_open = 3.0;    // ... mean 0.25
-
 /// log of B(a, b).
 double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
 
@@ -29,9 +24,6 @@ Samples samples_of(const Evidence::Sums& sums, double pixels_per_sample) {
 
 /// Log probability of one order of k of n, the part of them being of a Beta distribution.
 double log_evidence(const Samples& s, double filled, double open) { return log_beta(filled + s.k, open + s.n - s.k) - log_beta(filled, open); }
-
-/// log(exp(a) + exp(b)).
-double log_sum(double a, double b) { return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))); }
 
 Evidence::Sums sum_over(const Evidence& evidence, const BodyMask& mask, int step) {
     Evidence::Sums sums;
@@ -86,8 +78,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     score.samples = all.n;
     score.filled = all.n > 0 ? all.k / all.n : 0;
     score.around = clutter;
-    const double dense = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
-    const double body_here = log_sum(std::log(1 - sparse) + dense, std::log(sparse) + log_evidence(all, sparse_filled, sparse_open));
+    const double body_here = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
     const double nothing_here = all.k * std::log(clutter) + (all.n - all.k) * std::log(1 - clutter);
     double ratio = body_here - nothing_here;
     if (!coarse && body.placed_by_look() && evidence.with_colours) {
