@@ -124,6 +124,16 @@ GroupState start_state(const Group& group) {
     return state;
 }
 
+void put_in_order(GroupState& state) {
+    constexpr double likelier = 1.6;  // nats: less is no reason to change names that were given
+    auto& accounts = state.accounts;
+    std::stable_sort(accounts.begin(), accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
+    auto shown = std::find_if(accounts.begin(), accounts.end(), [](const Account& a) { return a.shown; });
+    if (shown == accounts.end() || accounts.front().log_weight - shown->log_weight > likelier) shown = accounts.begin();
+    std::rotate(accounts.begin(), shown, shown + 1);
+    for (Account& account : accounts) account.shown = &account == &accounts.front();
+}
+
 void step(GroupState& state, const Event& event, const Group& group, const TrackingModels& models) {
     for (Account& account : state.accounts) {
         for (Track& track : account.tracks) {
@@ -145,16 +155,22 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
         state.accounts[0].log_weight = 0;
         return;
     }
-    std::stable_sort(state.accounts.begin(), state.accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
     for (Account& account : state.accounts) account.log_weight -= most;
+    put_in_order(state);
 }
 
 std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<Fix> fixes;
     for (const Track& track : state.accounts.front().tracks) {
         if (!track.alive() || (!track.named && track.number == 0)) continue;
-        fixes.push_back(fix_of(track, time, models));
-        if (!group.alone() && !group.many) fixes.back().identity = identity_probability(state, track);
+        Fix fix = fix_of(track, time, models);
+        if (!group.alone() && !group.many) fix.identity = identity_probability(state, track);
+        const bool will_be_told = fix.identity < models.settings.sure_of_name && models.has_mark(track.robot);
+        if (will_be_told && fix.status != FixStatus::none && to_seconds(time - track.born) < models.settings.naming) {
+            fix.status = FixStatus::none;
+            fix.reason = "it is in sight, but so are others that look the same: which of them it is shows as soon as it moves";
+        }
+        fixes.push_back(fix);
     }
     return fixes;
 }
@@ -169,7 +185,7 @@ double identity_probability(const GroupState& state, const Track& track) {
             if (other.named && other.alive() && other.robot == track.robot && pose_distance(track.belief.best(), other.belief.best()) < 25) agreeing += weight;
         }
     }
-    return all > 0 ? agreeing / all : 1;
+    return (all > 0 ? agreeing / all : 1) * track.named_by_chance;
 }
 
 }  // namespace roomfix

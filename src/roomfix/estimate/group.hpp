@@ -22,16 +22,21 @@ std::vector<Group> groups_of(const std::vector<SiteRobot>& robots);
 /// One account of who is who.
 struct Account {
     double log_weight = 0;
+    bool shown = false;  // its fixes are the ones that are given
     std::vector<Track> tracks;
 };
 
-/// All that is believed of a group, the likeliest account first.
+/// All that is believed of a group. First stands the account that is shown: the likeliest, or one not much less likely that was shown before, so that
+/// names do not change back and forth where nothing tells robots apart.
 struct GroupState {
     std::vector<Account> accounts = {Account{}};
     int numbers_given = 0;
 };
 
 GroupState start_state(const Group& group);
+
+/// Brings the account to be shown to the front, the others by their weights behind it.
+void put_in_order(GroupState& state);
 
 /// The state after an event.
 void step(GroupState& state, const Event& event, const Group& group, const TrackingModels& models);

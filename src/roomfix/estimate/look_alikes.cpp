@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "roomfix/estimate/assignment.hpp"
 
@@ -140,12 +141,36 @@ std::vector<int> free_robots(const Account& account, Nanoseconds time, const Gro
     return free;
 }
 
+/// A robot whose name a new track may get, and how many robots it stands for: of those that nothing will ever tell apart the first is taken.
+struct FreeName {
+    int robot = 0;
+    int alike = 1;
+};
+
+std::vector<FreeName> free_names(const std::vector<int>& free, const TrackingModels& models) {
+    std::vector<FreeName> names;
+    std::optional<std::size_t> unmarked;
+    for (const int robot : free) {
+        if (models.has_mark(robot)) {
+            names.push_back({robot});
+        } else if (unmarked) {
+            ++names[*unmarked].alike;
+        } else {
+            unmarked = names.size();
+            names.push_back({robot});
+        }
+    }
+    return names;
+}
+
 /// The account with a name given to one of its tracks; a lost track of that name ends.
-Account with_name(Account account, std::size_t index, int robot) {
+Account with_name(Account account, std::size_t index, const FreeName& name, std::size_t free) {
     account.tracks[index].named = true;
-    account.tracks[index].robot = robot;
+    account.tracks[index].robot = name.robot;
+    account.tracks[index].named_by_chance = 1.0 / name.alike;
+    account.log_weight += std::log((1 - no_robot) * name.alike / static_cast<double>(free));
     std::size_t i = 0;
-    std::erase_if(account.tracks, [&](const Track& t) { return i++ != index && t.named && t.robot == robot; });
+    std::erase_if(account.tracks, [&](const Track& t) { return i++ != index && t.named && t.robot == name.robot; });
     return account;
 }
 
@@ -158,17 +183,17 @@ void give_names(GroupState& state, Nanoseconds time, const Group& group, const T
             if (track.named || track.sightings < models.settings.confirmations || to_seconds(time - track.declined) < ask_again) continue;
             const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
             if (free.empty()) continue;
+            const std::vector<FreeName> names = free_names(free, models);
             Account unnamed = state.accounts[s];
+            unnamed.shown = false;
             unnamed.tracks[t].declined = time;
             unnamed.log_weight += std::log(no_robot);
-            const double share = std::log((1 - no_robot) / static_cast<double>(free.size()));
-            for (std::size_t f = 1; f < free.size() && state.accounts.size() < most_accounts; ++f) {
-                state.accounts.push_back(with_name(state.accounts[s], t, free[f]));
-                state.accounts.back().log_weight += share;
+            for (std::size_t f = 1; f < names.size() && state.accounts.size() < most_accounts; ++f) {
+                state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size()));
+                state.accounts.back().shown = false;
             }
             if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
-            state.accounts[s] = with_name(state.accounts[s], t, free[0]);
-            state.accounts[s].log_weight += share;
+            state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size());
             break;  // its tracks have changed; the next frame goes on
         }
     }
@@ -195,6 +220,7 @@ void settle_accounts(GroupState& state) {
             if (account.log_weight < least_log_weight) continue;
             const auto alike = std::find_if(kept.begin(), kept.end(), [&](const Account& k) { return same_account(k, account); });
             if (alike != kept.end()) {
+                alike->shown |= account.shown;
                 alike->log_weight = std::log(std::exp(alike->log_weight) + std::exp(account.log_weight));
             } else if (kept.size() < most_accounts) {
                 kept.push_back(std::move(account));
@@ -205,6 +231,7 @@ void settle_accounts(GroupState& state) {
     double sum = 0;
     for (const Account& account : accounts) sum += std::exp(account.log_weight);
     for (Account& account : accounts) account.log_weight -= std::log(sum);
+    put_in_order(state);
 }
 
 /// Two named robots so close to each other that either sighting may be either robot's: the assignment with the two exchanged.
@@ -237,6 +264,7 @@ void take_frame(GroupState& state, const GroupSighting& frame, const Event& even
         if (!group.many) {
             for (const auto& other : close_exchanges(account, column_of, pairs, alone)) {
                 Account alternative = account;
+                alternative.shown = false;
                 alternative.log_weight += take_assigned(alternative, other, frame, event, group, models);
                 exchanged.push_back(std::move(alternative));
             }

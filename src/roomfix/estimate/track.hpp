@@ -39,6 +39,7 @@ struct Track {
     Nanoseconds seen = 0;  // last observation that was believed
     int sightings = 0;
     Nanoseconds declined = never;  // when it last got no name
+    double named_by_chance = 1;    // probability of its name where it was given to one of several that nothing will ever tell apart
     double presence = 1;           // part of the last frames of its cameras that showed it
     double budget = most_budget;   // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;

@@ -52,4 +52,14 @@ int TrackingModels::source(const std::string& name) {
     return number;
 }
 
+bool TrackingModels::has_mark(int robot) const {
+    const auto r = static_cast<std::size_t>(robot);
+    const SiteRobot& known = site.robots[r];
+    return known.odometry || known.receiver || known.tag || !driven[r].empty() ||
+           std::any_of(site.cameras.begin(), site.cameras.end(), [&](const SiteCamera& camera) {
+               const auto* mount = std::get_if<Mount>(&camera.placement);
+               return mount && mount->robot == known.id;
+           });
+}
+
 }  // namespace roomfix

@@ -22,6 +22,9 @@ struct TrackingModels {
     int source(const std::string& name);
     const std::string& source_name(int source) const { return source_names[static_cast<std::size_t>(source)]; }
 
+    /// Does anything but its looks tell the robot from others of its kind: wheels, a receiver, a tag, a camera of its own?
+    bool has_mark(int robot) const;
+
     KnownLandmark landmark(int number) const {
         const auto k = static_cast<std::size_t>(number);
         return {number, &landmark_points[k], site.landmarks[k].sigma};

@@ -26,6 +26,7 @@ struct SilhouetteObservation {
     double support = 0;                                                                // part of the visible outline that the picture confirms, 0..1
     double visible = 0;                      // part of the outline that is inside the picture and not behind another robot, 0..1
     double edges = 0;                        // nats by which the edges found along an outline speak for it, against those that lie anywhere by chance
+    double exact = 0;                        // nats by which the picture shows the very solid, and not a robot that is only about so large
     bool doubtful = false;                   // an outline that the body's whole area does not plainly confirm
     FixedList<Eigen::Vector2f, 64> outline;  // px, closed polygon, for drawing
 };

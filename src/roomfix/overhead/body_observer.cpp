@@ -349,10 +349,9 @@ bool BodyObserver::confirms(const SeenBy& camera, int robot, const Pose2& pose) 
            score.log_ratio > settings_.search.odds_of_clutter;
 }
 
-bool BodyObserver::is_no_exact_solid(const SeenBy& camera, int robot, const Pose2& pose, double support) {
-    if (support >= settings_.exact_support) return false;
+bool BodyObserver::shows(const SeenBy& camera, int robot, const Pose2& pose) {
     const PlaceScore score = score_place(*camera.view, *camera.evidence, body(robot), pose, settings_.search.score, memory_);
-    return score.in_picture && score.filled > settings_.plainly_shown && score.log_ratio > settings_.search.odds_of_clutter;
+    return score.in_picture && score.log_ratio > settings_.search.odds_of_clutter;
 }
 
 bool BodyObserver::agrees(std::span<const SeenBy> cameras, int robot, const Pose2& pose, const BodyPlace& best) {

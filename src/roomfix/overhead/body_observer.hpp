@@ -40,8 +40,6 @@ struct BodyObserverSettings {
     double least_probability = 0.5;  // of a body against clutter, to be a sighting
     double plainly_filled = 0.75;    // part of the body's pixels that differ from the background, for an outline to need no further look
     double plainly_alone = 0.15;     // part of the pixels around it that may differ then
-    double plainly_shown = 0.6;      // the same, for the outline's edges to have to show, too ...
-    double exact_support = 0.8;      // ... in this part of the outline in view, or the robot is not the solid that the site file describes
     double overlap = 0.8;            // of the circles inside two robots' footprints: nearer to each other than that they cannot stand
     double floor = 100;              // m^2 over which a robot may stand that nobody expects anywhere
     double surprise = 0.02;          // probability that a robot is not where it is expected
@@ -71,14 +69,16 @@ public:
 
     /// Does what one camera sees at a robot's outline plainly show its body, and nothing around it?
     bool confirms(const SeenBy& camera, int robot, const Pose2& pose);
-    /// Does one camera plainly show the body, but too few of the edges (`support`: their part) that the solid would have?
-    bool is_no_exact_solid(const SeenBy& camera, int robot, const Pose2& pose, double support);
+    /// Does what one camera sees at a pose speak for the robot's body there?
+    bool shows(const SeenBy& camera, int robot, const Pose2& pose);
     /// Does an outline's place explain the pictures about as well as the best place of the body does?
     bool agrees(std::span<const SeenBy> cameras, int robot, const Pose2& pose, const BodyPlace& best);
 
     /// Does any of the robots want the evidence's colours?
     bool wants_colours() const;
 
+    /// Look-alikes are of one kind.
+    std::size_t kind(int robot) const { return kind_of_[static_cast<std::size_t>(robot)]; }
     const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:

@@ -198,6 +198,20 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
     return state;
 }
 
+/// log of B(a, b).
+double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
+
+/// The evidence for an exact solid against a rough body, from how much of its outline shows an edge and from how far these are off.
+double exactness(const OutlineFit& fit, double independent, const OutlineFitSettings& settings) {
+    const double shown = independent * fit.supported;
+    const double open = independent * (fit.visible - fit.supported);
+    const double exact = log_beta(settings.exact_shown + shown, settings.exact_bare + open) - log_beta(settings.exact_shown, settings.exact_bare);
+    const double rough = log_beta(settings.rough_shown + shown, settings.rough_bare + open) - log_beta(settings.rough_shown, settings.rough_bare);
+    const double wider = settings.rough_scatter * settings.rough_scatter;
+    const double scatter = shown * 0.5 * (std::log(wider) - fit.residual * fit.residual * (1 - 1 / wider));
+    return exact - rough + scatter;
+}
+
 /// Counts what the readings say at the final pose.
 void judge(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, OutlineFit& fit) {
     fit.total = samples.total;
@@ -245,6 +259,7 @@ void set_covariance(const Samples& samples, const ShapePoints& shape, const Outl
     fit.by_calibration = (inverse * normal.by_calibration).topRows<3>();
     fit.covariance = fit.pixel_covariance + fit.by_calibration * fit.by_calibration.transpose();
     fit.covariance = (0.5 * (fit.covariance + fit.covariance.transpose())).eval();
+    fit.exact = exactness(fit, std::min(1.0, samples.spacing / settings.edge_length), settings);
     fit.determined = true;
 }
 

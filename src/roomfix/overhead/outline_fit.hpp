@@ -35,6 +35,11 @@ struct OutlineFitSettings {
     double edge_shown = 0.85;    // probability that a sample of a robot's outline shows an edge ...
     double edge_chance = 0.25;   // ... and that a sample anywhere else in a furnished picture does
     double edge_length = 8;      // px along an outline that say as much as one independent sample
+    // A robot that is the solid of its description, beside one that is only about so large: Beta distributions of the part of the outline that
+    // shows an edge, and how much wider than the stated noise the edges of the second scatter.
+    double exact_shown = 17, exact_bare = 3;
+    double rough_shown = 3, rough_bare = 2;
+    double rough_scatter = 1.45;
 };
 
 struct OutlineFit {
@@ -53,6 +58,7 @@ struct OutlineFit {
     double residual = 0;      // rms of the supported samples in their standard deviations
     double score = 0;         // -1..1: how well the picture agrees
     double edges = 0;         // nats by which the edges found speak for the outline, against edges that lie anywhere by chance
+    double exact = 0;         // nats by which the picture shows the very solid, and not a robot that is only about so large
     bool determined = false;  // enough edges to fix all unknowns
 };
 

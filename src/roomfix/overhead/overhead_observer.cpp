@@ -27,6 +27,7 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
         shapes_.push_back(shape_points(robot.shape, robot.many ? std::max(robot.size_sigma, soft_size) : robot.size_sigma));
     }
     for (const Cylinder& thing : settings.body.things) shapes_.push_back(shape_points(thing, settings.body.things_sigma));
+    exact_.assign(robots.size(), 0.0);
     found_.reserve(64);
     others_.reserve(64);
     starts_.reserve(4096);
@@ -78,8 +79,10 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     known_.clear();
     // An outline fitted to what is not that solid states millimetres and is centimetres off.
     std::erase_if(result.observations, [&](const SilhouetteObservation& o) {
-        return !robots_[static_cast<std::size_t>(o.robot)].many &&
-               (!in_sight(seen, {o.pose.x, o.pose.y}) || bodies_.is_no_exact_solid(seen, o.robot, o.pose, o.support));
+        if (robots_[static_cast<std::size_t>(o.robot)].many) return false;
+        if (!in_sight(seen, {o.pose.x, o.pose.y})) return true;
+        if (bodies_.shows(seen, o.robot, o.pose)) note_exactness(o);
+        return !is_exact(o);
     });
     for (SilhouetteObservation& o : result.observations) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) continue;
@@ -106,6 +109,7 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     const auto r = static_cast<std::size_t>(sighting.robot);
     const ShapePoints& shape = shapes_[r];
     if (!robots_[r].parts.empty() || shape.size_sigma >= soft_size) return std::nullopt;
+    if (!may_be_exact(sighting.robot) && !expected_.search) return std::nullopt;
     const auto distance = [&](const Pose2& pose) { return std::hypot(pose.x - view_.position().x(), pose.y - view_.position().y()); };
     others_.clear();
     for (const KnownRobot& other : standing) {
@@ -114,7 +118,6 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     }
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
     const ForegroundMasks masks{&foreground_.mask, &foreground_.shadow};
-    const SeenBy seen{&view_, &evidence_, &walls_};
     std::optional<Found> best;
     const auto attempt = [&](const BodyPlace& place) {
         Found found{sighting.robot};
@@ -130,8 +133,18 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     for (const BodyPlace& other : sighting.others) attempt(other);
     if (!best) return std::nullopt;
     const SilhouetteObservation outline = observation_of(*best);
-    if (bodies_.is_no_exact_solid(seen, outline.robot, outline.pose, outline.support)) return std::nullopt;
-    return outline;
+    note_exactness(outline);
+    return is_exact(outline) ? std::optional(outline) : std::nullopt;
+}
+
+/// Whether a kind of robot is the solid that the site file describes shows over many frames; one in which it is partly hidden says little.
+void OverheadObserver::note_exactness(const SilhouetteObservation& outline) {
+    double& exact = exactness(outline.robot);
+    exact = std::clamp(exact + std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once), -settings_.most_exact, settings_.most_exact);
+}
+
+bool OverheadObserver::is_exact(const SilhouetteObservation& outline) {
+    return exactness(outline.robot) + std::max(outline.exact - settings_.exact_at_once, 0.0) > settings_.surely_exact;
 }
 
 /// Without a background: the median of what was seen, anew after 1, 2, 4, ... 64 frames.
@@ -379,6 +392,7 @@ SilhouetteObservation OverheadObserver::observation_of(const Found& found) const
     observation.yaw_known = !shape.round();
     observation.support = fit.visible > 0 ? static_cast<double>(fit.supported) / fit.visible : 0;
     observation.edges = fit.edges;
+    observation.exact = fit.exact;
     observation.visible = fit.total > 0 ? static_cast<double>(fit.visible) / fit.total : 0;
     const int alike = shape.round() ? 1 : static_cast<int>(std::lround(2 * std::numbers::pi / shape.symmetry));
     observation.like_turns = alike;

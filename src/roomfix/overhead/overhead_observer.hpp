@@ -22,6 +22,9 @@ struct OverheadSettings {
     OutlineFitSettings fit;
     PlaceSearchSettings search;
     BodyObserverSettings body;
+    double surely_exact = 3;        // nats of all that was seen of a kind of robot, for its outlines to be as exact as they state
+    double most_exact = 12;         // nats that are remembered of it ...
+    double exact_at_once = 2;       // ... and that one outline may tell
     double least_score = 0.40;      // of an outline fit, to be a fix
     double good_score = 0.60;       // above, no other place is tried
     int least_into_shadow = 4;      // samples of the lower edges that lead into what may be a shadow, to look for the robot behind it
@@ -111,6 +114,10 @@ private:
     bool available(int robot) const;
     bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
+    double& exactness(int robot) { return exact_[bodies_.kind(robot)]; }
+    void note_exactness(const SilhouetteObservation& outline);
+    bool is_exact(const SilhouetteObservation& outline);
+    bool may_be_exact(int robot) { return exactness(robot) > -settings_.surely_exact; }
     std::string reason_for_nothing(const std::vector<Component>& components) const;
     void refresh_background(LumaView frame);
 
@@ -126,6 +133,7 @@ private:
     ColourBackground colour_background_;
     ColourFrames colour_frames_;
     BodyObserver bodies_;
+    std::vector<double> exact_;  // of each kind of robot: nats by which it is the solid that the site file describes
     int frames_seen_ = 0;
     bool learning_ = true;
     bool bodies_wanted_ = true;
