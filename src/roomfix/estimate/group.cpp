@@ -175,6 +175,23 @@ std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group
     return fixes;
 }
 
+std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    std::vector<PoseObservation> expected;
+    const std::vector<Track>& tracks = state.accounts.front().tracks;
+    std::vector<int> free;
+    for (const int robot : group.robots) {
+        if (std::none_of(tracks.begin(), tracks.end(), [&](const Track& t) { return t.named && t.robot == robot && t.alive(); })) free.push_back(robot);
+    }
+    for (const Track& track : tracks) {
+        if (!track.alive() || (!track.named && free.empty())) continue;
+        const Fix fix = fix_of(track, time, models);
+        if (fix.status == FixStatus::none) continue;
+        expected.push_back({track.named ? track.robot : free.back(), fix.pose, fix.yaw_known, fix.covariance});
+        if (!track.named) free.pop_back();
+    }
+    return expected;
+}
+
 double identity_probability(const GroupState& state, const Track& track) {
     double agreeing = 0;
     double all = 0;

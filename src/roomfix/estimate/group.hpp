@@ -44,6 +44,9 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
 /// All robots of the group at a time not before the state's: ok, coasting, or none with the reason where a robot was lost.
 std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models);
 
+/// Where robots of the group should be seen at a time not before the state's, those without a name among them: these count as robots that are not followed.
+std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models);
+
 /// Probability that the robot's name is right, 0..1: the weight of all accounts that put it there.
 double identity_probability(const GroupState& state, const Track& track);
 

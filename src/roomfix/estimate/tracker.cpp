@@ -251,6 +251,16 @@ std::optional<PoseObservation> Tracker::expected(int robot, Nanoseconds time) co
     return PoseObservation{robot, found->pose, found->yaw_known, found->covariance};
 }
 
+std::vector<PoseObservation> Tracker::expected(Nanoseconds time) const {
+    std::vector<PoseObservation> all;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (groups_[g].many || buffers_[g].empty()) continue;
+        const auto some = expected_at(buffers_[g].newest(), time, groups_[g], models_);
+        all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+}
+
 std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
     std::vector<Fix> all;
     for (std::size_t g = 0; g < groups_.size(); ++g) {

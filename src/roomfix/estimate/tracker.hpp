@@ -66,6 +66,8 @@ public:
     std::optional<Fix> fix(int robot, Nanoseconds time) const;
     /// Where a robot that is not one of many is expected at a time, if it is tracked and not lost.
     std::optional<PoseObservation> expected(int robot, Nanoseconds time) const;
+    /// The same of all robots that are followed, and of look-alikes that have no name yet: each of these as one that is not followed.
+    std::vector<PoseObservation> expected(Nanoseconds time) const;
     /// All robots at a time; into the past as far as the lag reaches.
     std::vector<Fix> fixes(Nanoseconds time) const;
     /// What is believed of a robot in detail; nothing if it is not tracked.

@@ -48,6 +48,7 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     begin_moment(cameras);
+    static const bool dbg=getenv("RFDBG"); if(dbg){fprintf(stderr,"MOMENT cams %zu search %d\n",cameras.size(),expected.search); for(auto&k:known)fprintf(stderr," known %d (%.2f %.2f) sure %d edges %.1f score %.1f\n",k.robot,k.pose.x,k.pose.y,k.sure,k.edges,search_.score(moment_,body(k.robot),k.pose));for(size_t r=0;r<expected_.size();++r) if(expected_[r])fprintf(stderr," exp %zu (%.2f %.2f %.2f) want %d\n",r,expected_[r]->pose.x,expected_[r]->pose.y,expected_[r]->pose.yaw,wanted[r]);}
     look_for_things(expected);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
@@ -234,7 +235,9 @@ bool BodyObserver::settle_next(bool only_expected) {
     const int best = best_body();
     if (best >= 0) {
         const BodyCandidate& first = candidates_[kind_of_[static_cast<std::size_t>(best)]][0];
+        if(getenv("RFDBG"))fprintf(stderr," best robot %d (%.2f %.2f) score %.1f prior %.1f\n",best,first.pose.x,first.pose.y,first.score,first.prior);
         if (const BodyCandidate* thing = thing_instead_of(kind_of_[static_cast<std::size_t>(best)], first.pose, first.score, std::max(first.prior, 0.0))) {
+            if(getenv("RFDBG"))fprintf(stderr,"   thing instead (%.2f %.2f) %.1f\n",thing->pose.x,thing->pose.y,thing->score);
             settle_thing(*thing);
             return true;
         }
@@ -262,7 +265,8 @@ bool BodyObserver::settle_next(bool only_expected) {
     }
     if (best < 0) return false;
     auto& candidates = candidates_[kind_of_[static_cast<std::size_t>(best)]];
-    auto places = search_.places(moment_, body(best), candidates);
+    auto places = search_.places(moment_, body(best), rivals_of_first(kind_of_[static_cast<std::size_t>(best)]));
+    if(getenv("RFDBG")) for(auto&p:places) fprintf(stderr,"   place (%.2f %.2f) ratio %.1f prob %.3f w %.2f filled %.2f\n",p.pose.x,p.pose.y,p.log_ratio,p.probability,p.weight,p.filled);
     if (places.empty() || places[0].probability < settings_.least_probability) {
         candidates.clear();
         return true;
@@ -272,6 +276,20 @@ bool BodyObserver::settle_next(bool only_expected) {
     sighting.others.assign(places.begin() + 1, places.end());
     found_.push_back(std::move(sighting));
     return true;
+}
+
+/// The best candidate of a kind with those that may be the same robot: the next best places elsewhere are those of its look-alikes.
+std::vector<BodyCandidate> BodyObserver::rivals_of_first(std::size_t kind) const {
+    const auto& candidates = candidates_[kind];
+    long others = -1;
+    for (std::size_t r = 0; r < open_.size(); ++r) others += open_[r] && kind_of_[r] == kind;
+    std::vector<BodyCandidate> rivals;
+    for (const BodyCandidate& c : candidates) {
+        const bool elsewhere = std::hypot(c.pose.x - candidates[0].pose.x, c.pose.y - candidates[0].pose.y) > 2 * bodies_[kind].inner_radius;
+        if (elsewhere && others-- > 0) continue;
+        rivals.push_back(c);
+    }
+    return rivals;
 }
 
 /// A robot is settled: what it covers explains the other candidates less.

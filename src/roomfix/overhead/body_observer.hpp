@@ -98,6 +98,7 @@ private:
     bool settle_thing(const BodyCandidate& thing);
     void settle_things();
     bool settle_next(bool only_expected);
+    std::vector<BodyCandidate> rivals_of_first(std::size_t kind) const;
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     void drop_blocked();

@@ -207,7 +207,7 @@ FrameHints SiteRunner::hints_for(const CameraPost& post, Nanoseconds time) const
     FrameHints hints;
     if (post.is_fixed()) {
         hints.elsewhere = robots_elsewhere(post, time);
-        hints.robots.robots = expected_robots(time);
+        hints.robots.robots = tracker_.expected(time);
         hints.robots.things = expected_things(time);
     }
     if (post.robot() < 0) return hints;
@@ -223,16 +223,6 @@ bool SiteRunner::may_search(const CameraFrame& frame) {
     if (station.searched && std::abs(to_seconds(frame.time - *station.searched)) < interval) return false;
     station.searched = frame.time;
     return true;
-}
-
-/// Where the robots should be that are followed. The mutex is held.
-std::vector<PoseObservation> SiteRunner::expected_robots(Nanoseconds time) const {
-    std::vector<PoseObservation> expected;
-    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
-        if (site_.robots[r].many) continue;
-        if (const auto robot = tracker_.expected(static_cast<int>(r), time)) expected.push_back(*robot);
-    }
-    return expected;
 }
 
 /// Where things should be that are no robots. The mutex is held.

@@ -126,7 +126,6 @@ private:
     Result<void> check_size(const CameraFrame& frame);
     FrameHints hints_for(const CameraPost& post, Nanoseconds time) const;
     bool may_search(const CameraFrame& frame);
-    std::vector<PoseObservation> expected_robots(Nanoseconds time) const;
     int unknown_robot() const { return static_cast<int>(site_.robots.size()); }  // index of the tracker's last kind of target
     std::vector<PoseObservation> expected_things(Nanoseconds time) const;
     PoseObservation observation_of(const BodyPlace& thing) const;
