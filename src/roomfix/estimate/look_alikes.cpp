@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "roomfix/estimate/assignment.hpp"
+#include "roomfix/base/assignment.hpp"
 
 namespace roomfix {
 namespace {

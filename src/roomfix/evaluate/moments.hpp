@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "roomfix/estimate/assignment.hpp"
+#include "roomfix/base/assignment.hpp"
 #include "roomfix/evaluate/truth.hpp"
 #include "roomfix/observation/fix.hpp"
 

@@ -357,15 +357,18 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float beyond = around_[i] < 0 ? std::max(settings_.darkest - around_[i], 0.0f) : std::max(around_[i] - settings_.brightest, 0.0f);
         const float ends = beyond / settings_.light_spread;
         float log_lit = -0.5f * (uneven_[i] * uneven_[i] / (rough * rough) + ends * ends) - std::log(rough) - 0.5f * log_two_pi - std::log(range);
-        if (channels_ > 1) log_lit += -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance));
+        // Of one colour with the background.
+        const float log_alike = channels_ > 1 ? -0.5f * colour / colour_variance - (channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance)) : 0;
+        log_lit += log_alike;
         // Does the background's structure go on here in another light? That it does not says less: dark and worn floors lose theirs, too.
         const float structure = std::clamp(settings_.structure_weight * around_structure_[i] * window_pixels, 0.0f, settings_.most_structure);
         const float lit = settings_.share_lit * std::exp(log_lit + structure);
-        // Something else has any colour; its surface may be as even as a shadow, but then in itself and not beside the background.
-        const float even = std::exp(-0.5f * even_[i] * even_[i] / (rough * rough) - std::log(rough) - 0.5f * log_two_pi);
-        const float something = channels_ > 1 ? other : other * ((1 - settings_.even_things) + settings_.even_things * even);
+        // Something else has any colour, or the background's; its surface may be as even as a shadow, but then in itself and not beside the background.
+        const float log_even = -0.5f * even_[i] * even_[i] / (rough * rough) - std::log(rough) - 0.5f * log_two_pi;
+        const float part = settings_.even_things;
+        const float something = other * (1 - part) + part * settings_.share_other / settings_.other_range * std::exp(log_even + log_alike);
         const float sum = something + same + lit;
-        const float perhaps = channels_ > 1 ? 0 : settings_.perhaps * std::min(something, lit) / sum;
+        const float perhaps = settings_.perhaps * std::min(something, lit) / sum;
         const float floor = structure > 0 ? 1 - std::exp(-structure) : 0;  // a shadow on the background is the background
         evidence.perhaps[i] = perhaps;
         evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + perhaps, (same + floor * std::max(lit - something, 0.0f)) / sum};

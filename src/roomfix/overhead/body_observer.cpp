@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
+#include "roomfix/base/assignment.hpp"
 #include "roomfix/overhead/keep_apart.hpp"
 
 namespace roomfix {
@@ -86,7 +88,10 @@ void BodyObserver::look_where_expected(std::size_t kind) {
     for (std::size_t r = 0; r < open_.size(); ++r) {
         if (!open_[r] || kind_of_[r] != kind || !expected_[r]) continue;
         const BodyCandidate found = search_.near(moment_, bodies_[kind], expected_[r]->pose, expected_[r]->covariance);
-        if (found.score > 1) candidates_[kind].push_back(found);
+        const bool known = std::any_of(candidates_[kind].begin(), candidates_[kind].end(), [&](const BodyCandidate& c) {
+            return std::hypot(c.pose.x - found.pose.x, c.pose.y - found.pose.y) < settings_.search.least_place_sigma;
+        });
+        if (found.score > 1 && !known) candidates_[kind].push_back(found);
     }
     weigh_by_prior(kind);
 }
@@ -123,38 +128,56 @@ std::vector<Evidence> BodyObserver::left_behind(const Body& body, const Pose2& p
     return rest;
 }
 
-/// The most that any candidate of some kinds explains of what is left.
-double BodyObserver::most_of(const std::vector<Evidence>& rest, std::size_t first_kind, std::size_t end_kind) {
-    std::vector<SeenBy> moment = moment_;
-    for (std::size_t c = 0; c < moment.size(); ++c) moment[c].evidence = &rest[c];
+/// The most that a thing explains of what is left.
+double BodyObserver::most_of_things(std::span<const SeenBy> rest) {
     double most = 0;
-    for (std::size_t kind = first_kind; kind < end_kind; ++kind) {
-        for (const BodyCandidate& candidate : candidates_[kind]) most = std::max(most, search_.score(moment, bodies_[kind], candidate.pose));
+    for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
+        for (const BodyCandidate& candidate : candidates_[kind]) most = std::max(most, search_.score(rest, bodies_[kind], candidate.pose));
+    }
+    return most;
+}
+
+/// The most that a robot explains of what is left, and how likely it is to stand there.
+double BodyObserver::most_of_robot(std::span<const SeenBy> rest, int robot, double trust) {
+    double most = 0;
+    for (const BodyCandidate& candidate : candidates_[kind(robot)]) {
+        most = std::max(most, trust * search_.score(rest, body(robot), candidate.pose) + prior_of(robot, candidate.pose));
+    }
+    if (const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)]) {
+        const BodyCandidate near = search_.near(rest, body(robot), expected->pose, expected->covariance);
+        most = std::max(most, trust * near.score + prior_of(robot, near.pose));
     }
     return most;
 }
 
 /// The thing that explains better than a robot at this pose what both would explain, each with the best that the other kind makes of what it leaves;
 /// null: the robot does. All samples share the errors of the descriptions, so that only a part of the scores counts.
-const BodyCandidate* BodyObserver::thing_instead_of(std::size_t robot_kind, const Pose2& pose, double score, double prior) {
-    const Body& robot = bodies_[robot_kind];
+const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose, double score) {
     const BodyCandidate* best = nullptr;
     std::size_t best_kind = 0;
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
         for (const BodyCandidate& thing : candidates_[kind]) {
             const double apart = std::hypot(thing.pose.x - pose.x, thing.pose.y - pose.y);
-            if (apart > robot.radius + bodies_[kind].radius || (best && thing.score <= best->score)) continue;
+            if (apart > body(robot).radius + bodies_[kind].radius || (best && thing.score <= best->score)) continue;
             best = &thing;
             best_kind = kind;
         }
     }
     if (!best) return nullptr;
     const double trust = std::min(1.0, settings_.search.most_information / std::max(best->score, 1.0));
+    const double prior = std::max(prior_of(robot, pose), 0.0);
     const double lead = trust * (best->score - score) - settings_.odds_of_thing - prior;
     const double clutter = settings_.search.odds_of_clutter;
-    if (lead + std::max(trust * score - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
-    const double robot_behind = trust * most_of(left_behind(bodies_[best_kind], best->pose), robot_kind, robot_kind + 1) - clutter;
-    const double thing_behind = trust * most_of(left_behind(robot, pose), kinds(), bodies_.size()) - clutter - settings_.odds_of_thing;
+    if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
+    const auto left_of = [&](const Body& settled, const Pose2& at, std::vector<Evidence>& rest) {
+        rest = left_behind(settled, at);
+        std::vector<SeenBy> moment = moment_;
+        for (std::size_t c = 0; c < moment.size(); ++c) moment[c].evidence = &rest[c];
+        return moment;
+    };
+    std::vector<Evidence> rest;
+    const double robot_behind = most_of_robot(left_of(bodies_[best_kind], best->pose, rest), robot, trust) - clutter;
+    const double thing_behind = trust * most_of_things(left_of(body(robot), pose, rest)) - clutter - settings_.odds_of_thing;
     return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) > 0 ? best : nullptr;
 }
 
@@ -171,6 +194,7 @@ bool BodyObserver::settle_thing(const BodyCandidate& thing) {
         place.probability = 1 / (1 + std::exp(-odds));
         things_.push_back(place);
         stand(number, place.pose);
+        for (std::size_t robots = 0; robots < kinds(); ++robots) look_where_expected(robots);
         return true;
     }
     return false;
@@ -232,17 +256,8 @@ void BodyObserver::weigh_by_prior(std::size_t kind) {
 bool BodyObserver::settle_next(bool only_expected) {
     std::erase_if(unsure_, [&](const KnownRobot& k) { return !open_[static_cast<std::size_t>(k.robot)] || in_the_way(body(k.robot), k.robot, k.pose); });
     drop_blocked();
-    const int best = best_body();
-    if (best >= 0) {
-        const BodyCandidate& first = candidates_[kind_of_[static_cast<std::size_t>(best)]][0];
-        if(getenv("RFDBG"))fprintf(stderr," best robot %d (%.2f %.2f) score %.1f prior %.1f\n",best,first.pose.x,first.pose.y,first.score,first.prior);
-        if (const BodyCandidate* thing = thing_instead_of(kind_of_[static_cast<std::size_t>(best)], first.pose, first.score, std::max(first.prior, 0.0))) {
-            if(getenv("RFDBG"))fprintf(stderr,"   thing instead (%.2f %.2f) %.1f\n",thing->pose.x,thing->pose.y,thing->score);
-            settle_thing(*thing);
-            return true;
-        }
-    }
-    double most = best < 0 ? 0 : candidates_[kind_of_[static_cast<std::size_t>(best)]][0].total();
+    const std::optional<Choice> best = choose();
+    double most = best ? best->total : 0;
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
         if (only_expected && !expected_[static_cast<std::size_t>(u->robot)]) continue;
@@ -255,39 +270,86 @@ bool BodyObserver::settle_next(bool only_expected) {
         const KnownRobot likeliest = *outline;
         unsure_.erase(outline);
         const double own = most - prior_of(likeliest.robot, likeliest.pose);
-        if (const BodyCandidate* thing = thing_instead_of(kind_of_[static_cast<std::size_t>(likeliest.robot)], likeliest.pose, own, std::max(most - own, 0.0))) {
+        if (const BodyCandidate* thing = thing_instead_of(likeliest.robot, likeliest.pose, own)) {
             settle_thing(*thing);
             unsure_.push_back(likeliest);
-            return true;
+        } else if (most > settings_.search.odds_of_clutter) {
+            stand(likeliest.robot, likeliest.pose);
         }
-        if (most > settings_.search.odds_of_clutter) stand(likeliest.robot, likeliest.pose);
         return true;
     }
-    if (best < 0) return false;
-    auto& candidates = candidates_[kind_of_[static_cast<std::size_t>(best)]];
-    auto places = search_.places(moment_, body(best), rivals_of_first(kind_of_[static_cast<std::size_t>(best)]));
-    if(getenv("RFDBG")) for(auto&p:places) fprintf(stderr,"   place (%.2f %.2f) ratio %.1f prob %.3f w %.2f filled %.2f\n",p.pose.x,p.pose.y,p.log_ratio,p.probability,p.weight,p.filled);
+    if (!best) return false;
+    const std::size_t kind = this->kind(best->robot);
+    const BodyCandidate first = candidates_[kind][best->candidate];
+    if (const BodyCandidate* thing = thing_instead_of(best->robot, first.pose, first.score)) {
+        settle_thing(*thing);
+        return true;
+    }
+    auto places = search_.places(moment_, bodies_[kind], rivals_of(*best));
     if (places.empty() || places[0].probability < settings_.least_probability) {
-        candidates.clear();
+        candidates_[kind].erase(candidates_[kind].begin() + static_cast<std::ptrdiff_t>(best->candidate));
         return true;
     }
-    stand(best, places[0].pose);
-    BodySighting sighting{best, places[0], {}};
+    stand(best->robot, places[0].pose);
+    BodySighting sighting{best->robot, places[0], {}};
     sighting.others.assign(places.begin() + 1, places.end());
     found_.push_back(std::move(sighting));
     return true;
 }
 
-/// The best candidate of a kind with those that may be the same robot: the next best places elsewhere are those of its look-alikes.
-std::vector<BodyCandidate> BodyObserver::rivals_of_first(std::size_t kind) const {
-    const auto& candidates = candidates_[kind];
+/// All open robots at once, each at another place, so that they explain most together; of these the robot that explains most by itself. One after
+/// the other, a robot would take the place of another of nearly its size.
+std::optional<BodyObserver::Choice> BodyObserver::choose() const {
+    std::vector<Choice> choices;  // of every open robot at every candidate of its kind
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        const auto& candidates = candidates_[kind_of_[r]];
+        for (std::size_t c = 0; c < candidates.size() && open_[r]; ++c) {
+            const double total = candidates[c].score + prior_of(static_cast<int>(r), candidates[c].pose);
+            if (total > 0) choices.push_back({static_cast<int>(r), c, total});
+        }
+    }
+    if (choices.empty()) return std::nullopt;
+    std::stable_sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) { return a.total > b.total; });
+    const auto pose_of = [&](const Choice& c) -> const Pose2& { return candidates_[kind(c.robot)][c.candidate].pose; };
+    std::vector<std::size_t> places;    // choices that are the best of their places
+    std::vector<PossiblePair> pairs;    // of robots and places
+    std::vector<std::size_t> of_pairs;  // the choice of each
+    const double alone = choices[0].total;
+    for (std::size_t i = 0; i < choices.size(); ++i) {
+        const Pose2& pose = pose_of(choices[i]);
+        const auto same = std::find_if(places.begin(), places.end(), [&](std::size_t p) {
+            const Pose2& other = pose_of(choices[p]);
+            const double least = settings_.overlap * (body(choices[i].robot).inner_radius + body(choices[p].robot).inner_radius);
+            return std::hypot(pose.x - other.x, pose.y - other.y) < least;
+        });
+        const int column = static_cast<int>(same - places.begin());
+        if (same == places.end()) places.push_back(i);
+        if (std::any_of(pairs.begin(), pairs.end(), [&](const PossiblePair& p) { return p.row == choices[i].robot && p.column == column; })) continue;
+        pairs.push_back({choices[i].robot, column, alone - choices[i].total});
+        of_pairs.push_back(i);
+    }
+    const std::vector<int> column_of = assign(static_cast<int>(open_.size()), static_cast<int>(places.size()), pairs, alone);
+    for (std::size_t k = 0, best = choices.size(); k <= pairs.size(); ++k) {
+        if (k == pairs.size()) return best < choices.size() ? std::optional(choices[best]) : std::nullopt;
+        if (column_of[static_cast<std::size_t>(pairs[k].row)] == pairs[k].column) best = std::min(best, of_pairs[k]);
+    }
+    return std::nullopt;
+}
+
+/// A robot's candidate with those that may be the same robot: the next best places elsewhere are those of its look-alikes.
+std::vector<BodyCandidate> BodyObserver::rivals_of(const Choice& choice) const {
+    const auto& candidates = candidates_[kind(choice.robot)];
+    const BodyCandidate& own = candidates[choice.candidate];
     long others = -1;
-    for (std::size_t r = 0; r < open_.size(); ++r) others += open_[r] && kind_of_[r] == kind;
-    std::vector<BodyCandidate> rivals;
-    for (const BodyCandidate& c : candidates) {
-        const bool elsewhere = std::hypot(c.pose.x - candidates[0].pose.x, c.pose.y - candidates[0].pose.y) > 2 * bodies_[kind].inner_radius;
-        if (elsewhere && others-- > 0) continue;
-        rivals.push_back(c);
+    for (std::size_t r = 0; r < open_.size(); ++r) others += open_[r] && kind_of_[r] == kind(choice.robot);
+    std::vector<BodyCandidate> rivals = {own};
+    rivals[0].prior = prior_of(choice.robot, own.pose);
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+        if (c == choice.candidate) continue;
+        const double apart = std::hypot(candidates[c].pose.x - own.pose.x, candidates[c].pose.y - own.pose.y);
+        if (apart > 2 * body(choice.robot).inner_radius && others-- > 0) continue;
+        rivals.push_back(candidates[c]);
+        rivals.back().prior = prior_of(choice.robot, candidates[c].pose);
     }
     return rivals;
 }
@@ -315,20 +377,6 @@ void BodyObserver::drop_blocked() {
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
         std::erase_if(candidates_[kind], [&](const BodyCandidate& c) { return in_the_way(bodies_[kind], -1, c.pose); });
     }
-}
-
-/// The open robot whose body explains most of what is left; -1: none.
-int BodyObserver::best_body() const {
-    int best = -1;
-    double most = 0;
-    for (std::size_t kind = 0; kind < kinds(); ++kind) {
-        if (candidates_[kind].empty() || !is_open(kind)) continue;
-        const BodyCandidate& first = candidates_[kind][0];
-        if (best >= 0 && first.total() <= most) continue;
-        most = first.total();
-        best = likeliest_of(kind, first.pose);
-    }
-    return best;
 }
 
 bool BodyObserver::holds(const KnownRobot& known) const {

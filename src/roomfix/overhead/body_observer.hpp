@@ -1,6 +1,7 @@
 // Finds the robots of a site by their bodies in what one or several fixed cameras see at the same moment.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -82,6 +83,12 @@ public:
     const Body& body(int robot) const { return bodies_[kind_of_[static_cast<std::size_t>(robot)]]; }
 
 private:
+    /// A robot at one of its kind's candidates.
+    struct Choice {
+        int robot = 0;
+        std::size_t candidate = 0;
+        double total = 0;  // nats
+    };
     /// Bodies of robots; those of things come behind them.
     std::size_t kinds() const { return bodies_.size() - (kind_of_.size() - robots_); }
     void begin_moment(std::span<const SeenBy> cameras);
@@ -93,16 +100,17 @@ private:
     bool is_open(std::size_t kind) const;
     void look_for_things(const Expectation& expected);
     std::vector<Evidence> left_behind(const Body& body, const Pose2& pose);
-    double most_of(const std::vector<Evidence>& rest, std::size_t first_kind, std::size_t end_kind);
-    const BodyCandidate* thing_instead_of(std::size_t robot_kind, const Pose2& pose, double score, double prior);
+    double most_of_things(std::span<const SeenBy> rest);
+    double most_of_robot(std::span<const SeenBy> rest, int robot, double trust);
+    const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score);
     bool settle_thing(const BodyCandidate& thing);
     void settle_things();
     bool settle_next(bool only_expected);
-    std::vector<BodyCandidate> rivals_of_first(std::size_t kind) const;
+    std::optional<Choice> choose() const;
+    std::vector<BodyCandidate> rivals_of(const Choice& choice) const;
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     void drop_blocked();
-    int best_body() const;
     void take_away(const Pose2& pose, const Body& body);
 
     BodyObserverSettings settings_;

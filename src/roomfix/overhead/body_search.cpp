@@ -285,13 +285,14 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
 }
 
 /// Mean and spread of the poses that explain the pictures about as well, by importance sampling around the best one. `trust`: part of the
-/// score that counts.
-BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust) {
+/// score that counts. `width`: how far away it looks at first, in parts of the body's radius and of the turn after which it looks the same.
+BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width) {
     Spread result;
     Eigen::Vector3d& mean = result.mean;
     Eigen::Matrix3d& spread = result.covariance;
-    const double turn_sigma = body.round() ? 1e-3 : 0.3;
-    spread = Eigen::Vector3d(std::pow(0.3 * body.radius, 2), std::pow(0.3 * body.radius, 2), turn_sigma * turn_sigma).asDiagonal();
+    const double place_sigma = width * body.radius;
+    const double turn_sigma = body.round() ? 1e-3 : 0.8 * width * body.symmetry;
+    spread = Eigen::Vector3d(place_sigma * place_sigma, place_sigma * place_sigma, turn_sigma * turn_sigma).asDiagonal();
     constexpr double wider = 1.5;  // than what was found: tails are looked at, too
     for (int round = 0; round < settings_.spread_rounds; ++round) {
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
@@ -328,8 +329,9 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     place.pose = best.pose;
     place.log_ratio = best.score;
     // The middle of what explains the pictures; a look's peak is too sharp for samples: its top.
-    const Spread exact = body.placed_by_look() ? Spread() : spread_around(cameras, body, best, 1);
-    const Spread honest = spread_around(cameras, body, best, trust_in(best.score));
+    constexpr double far = 0.3, near = 0.1;
+    const Spread exact = body.placed_by_look() ? Spread() : spread_around(cameras, body, best, 1, near);
+    const Spread honest = spread_around(cameras, body, best, trust_in(best.score), far);
     place.pose = moved(best.pose, exact.mean);
     place.covariance = honest.covariance + (honest.mean - exact.mean) * (honest.mean - exact.mean).transpose();
 

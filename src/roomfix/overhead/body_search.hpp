@@ -32,8 +32,8 @@ struct BodySearchSettings {
     int most_by_look = 24;          // places at which the whole look is compared, where it is known: as many by how much differs, as by
                                     // some spots of the look
     std::size_t coarse_spots = 80;  // of the look, compared all over the floor
-    int spread_samples = 96;        // drawn to measure how far the place is uncertain
-    int spread_rounds = 4;
+    int spread_samples = 64;        // drawn to measure how far the place is uncertain
+    int spread_rounds = 3;
     double most_information = 40;      // nats: a body that is not exactly as described tells places apart no better than that
     double odds_of_clutter = 12;       // nats: what explains a picture as well as a body does by chance
     double lasting = 0.85;             // part of the variance of a place found by several cameras that stays from frame to frame
@@ -97,7 +97,7 @@ private:
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
     double trust_in(double score) const;
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
-    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust);
+    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
     BodySearchSettings settings_;
     PlaceMemory memory_;
     std::vector<BodyCandidate> candidates_;

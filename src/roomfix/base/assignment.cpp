@@ -1,4 +1,4 @@
-#include "roomfix/estimate/assignment.hpp"
+#include "roomfix/base/assignment.hpp"
 
 #include <algorithm>
 #include <limits>
