@@ -11,7 +11,7 @@
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_accounts = 8;
+constexpr std::size_t most_accounts = 12;
 constexpr double no_robot = 0.1;  // share of new tracks that are none of the group
 constexpr double ask_again = 1;   // s until a track that got no name may get one
 constexpr double same = 0.5;      // squared distance of poses below which two accounts of a robot are one
@@ -174,27 +174,34 @@ Account with_name(Account account, std::size_t index, const FreeName& name, std:
     return account;
 }
 
-/// New tracks that were seen often enough get the names of robots that are not followed: one account for each way to do it, and one in
-/// which the track is no robot of the group at all.
+/// A new track of an account that was seen often enough gets the name of a robot that is not followed: one account for each way to do it, and one in
+/// which the track is no robot of the group at all. False: there is none.
+bool give_name(GroupState& state, std::size_t s, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    for (std::size_t t = 0; t < state.accounts[s].tracks.size(); ++t) {
+        const Track& track = state.accounts[s].tracks[t];
+        if (track.named || track.sightings < models.settings.confirmations || to_seconds(time - track.declined) < ask_again) continue;
+        const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
+        if (free.empty()) continue;
+        const std::vector<FreeName> names = free_names(free, models);
+        Account unnamed = state.accounts[s];
+        unnamed.shown = false;
+        unnamed.tracks[t].declined = time;
+        unnamed.log_weight += std::log(no_robot);
+        for (std::size_t f = 1; f < names.size() && state.accounts.size() < most_accounts; ++f) {
+            state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size()));
+            state.accounts.back().shown = false;
+        }
+        if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
+        state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size());
+        return true;
+    }
+    return false;
+}
+
+/// All accounts name all that they can at once: what is named later would not have been moved by its wheels until then, and look less likely.
 void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
     for (std::size_t s = 0; s < state.accounts.size(); ++s) {
-        for (std::size_t t = 0; t < state.accounts[s].tracks.size(); ++t) {
-            const Track& track = state.accounts[s].tracks[t];
-            if (track.named || track.sightings < models.settings.confirmations || to_seconds(time - track.declined) < ask_again) continue;
-            const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
-            if (free.empty()) continue;
-            const std::vector<FreeName> names = free_names(free, models);
-            Account unnamed = state.accounts[s];
-            unnamed.shown = false;
-            unnamed.tracks[t].declined = time;
-            unnamed.log_weight += std::log(no_robot);
-            for (std::size_t f = 1; f < names.size() && state.accounts.size() < most_accounts; ++f) {
-                state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size()));
-                state.accounts.back().shown = false;
-            }
-            if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
-            state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size());
-            break;  // its tracks have changed; the next frame goes on
+        while (give_name(state, s, time, group, models)) {
         }
     }
 }

@@ -104,6 +104,15 @@ void add_places(Track& track, const std::vector<PlaceProposal>& places, double s
     settle(track.belief);
 }
 
+/// Log evidence of all hypotheses together, by their weights before.
+double mixed(const RobotBelief& belief, const std::vector<double>& evidence) {
+    double sum = 0;
+    double most = evidence[0];
+    for (const double e : evidence) most = std::max(most, e);
+    for (std::size_t i = 0; i < evidence.size(); ++i) sum += std::exp(belief.hypotheses[i].log_weight + evidence[i] - most);
+    return most + std::log(std::max(sum, 1e-300));
+}
+
 /// Updates every hypothesis by `update_one(belief)` -> optional<Surprise>, weighs them, and judges the source.
 template <class UpdateOne>
 double take_with(Track& track, int source, const std::vector<PlaceProposal>& proposals, const TrackingModels& models, const UpdateOne& update_one) {
@@ -134,7 +143,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
     }
     judge(health, track.time, best, distance, judgeable, settings);
     if (quarantined) return 0;
-    const double before = evidence[0];
+    const double together = mixed(track.belief, evidence);
     track.budget -= weigh(track.belief, evidence, std::max(track.budget, 0.0));
     if (best.right > 0.5) {
         track.seen = track.time;
@@ -144,7 +153,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
         add_places(track, proposals, settings.kidnapping, models);
     }
     settle(track.belief);
-    return before;
+    return together;
 }
 
 /// The landmark that an observation most likely shows, seen from a belief.

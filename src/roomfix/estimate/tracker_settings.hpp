@@ -31,7 +31,7 @@ struct TrackerSettings {
     double lost = 0.6;           // m (1 sigma, worst direction): a place known less is no fix
     double anywhere = 3;         // m (1 sigma): a place known less counts for nothing, the next sighting starts the track anew
     double naming = 2;           // s from the first sighting for which a robot is no fix while its name may as well be another's, though its wheels or a tag will tell
-    double sure_of_name = 0.7;   // probability of a name that may as well not be another's
+    double sure_of_name = 0.97;  // probability of a name that may as well not be another's
     double confirmations = 2;    // observations before one of several look-alikes is reported at a new place
     double forget = 5;           // s until a lost look-alike is dropped
     double like_gate = 16;       // squared distance beyond which a sighting is another of the look-alikes
