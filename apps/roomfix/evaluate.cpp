@@ -54,7 +54,7 @@ bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, c
 /// What the best tracker could have made of the session: its sources are observed again.
 Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth,
                                                               const Eigen::Vector2d& point) {
-    const auto site = load_site(site_file_of(session));
+    const auto site = load_session(session);
     if (!site) return site.error();
     auto runner = SiteRunner::create(*site);
     if (!runner) return runner.error();

@@ -18,7 +18,7 @@ struct Arguments {
 };
 
 int replay(const Arguments& arguments) {
-    const auto site = load_site(site_file_of(arguments.session));
+    const auto site = load_session(arguments.session);
     if (!site) {
         complain("the session's site file cannot be used:\n" + site.error().message);
         return bad_input;

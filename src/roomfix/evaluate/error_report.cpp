@@ -165,10 +165,12 @@ double availability_of(const std::map<std::string, std::vector<const JudgedFix*>
     return moments > 0 ? static_cast<double>(covered) / static_cast<double>(moments) : 0;
 }
 
-/// Names that move from one robot to another.
+/// Names that were another robot's from the start, and names that move from one robot to another.
 void count_switches(const std::vector<Fix>& fixes, const Truth& truth, double apart, ErrorReport& report) {
     std::map<std::string, std::string> follows;  // the robot that each name was on last
     std::map<std::string, Nanoseconds> doubtful;
+    double squares = 0;
+    int followed = 0;
     for (const Fix& fix : fixes) {
         if (fix.status == FixStatus::none) continue;
         if (fix.identity < 0.95) doubtful[fix.robot] = fix.time;
@@ -187,13 +189,21 @@ void count_switches(const std::vector<Fix>& fixes, const Truth& truth, double ap
             const auto own = pose_at(truth.at(fix.robot), fix.time);
             if (own && place_distance(*own, fix.pose) < apart) nearest = fix.robot;  // still where it should be
         }
-        std::string& before = follows.try_emplace(fix.robot, own_name ? fix.robot : nearest).first->second;
+        const auto [at, first] = follows.try_emplace(fix.robot, nearest);
+        std::string& before = at->second;
+        if (first && own_name && nearest != fix.robot) {
+            ++report.misnamed;
+            report.flagged_misnamed += fix.identity < 0.95;
+        }
+        squares += std::pow(place_distance(*pose_at(truth.at(nearest), fix.time), fix.pose), 2);
+        ++followed;
         if (nearest == before) continue;
         ++report.identity_switches;
         const auto doubt = doubtful.find(fix.robot);
         report.flagged_switches += doubt != doubtful.end() && to_seconds(fix.time - doubt->second) < 5;
         before = nearest;
     }
+    if (followed > 0) report.followed_rms = std::sqrt(squares / followed);
 }
 
 /// Fixes of the point that the truth is about, one for each fix; status none where nobody knows where it is.

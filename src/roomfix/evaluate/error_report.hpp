@@ -70,6 +70,9 @@ struct ErrorReport {
     Summary latency;            // s, of fixes that state one
     int identity_switches = 0;  // a robot's name moves to another robot
     int flagged_switches = 0;   // of these: `identity` said that it was doubtful
+    int misnamed = 0;           // names that were another robot's from the start
+    int flagged_misnamed = 0;   // of these: `identity` said that it was doubtful
+    double followed_rms = 0;    // m, of the fixes from the robots that their names follow, whatever these are called
     Gospa gospa;                // of all robots, as are the next two
     IdentityScore identities;
     Hota hota;

@@ -207,6 +207,10 @@ std::string text_of(const ErrorReport& report) {
     text += "way driven in 1 s: " + ways_text(report) + "\n";
     text += fmt::format("available {:.1f} % of the time, {:.1f} % of the fixes by prediction alone\n", 100 * report.availability, 100 * report.coasting);
     text += fmt::format("identity switches: {}, of which {} were flagged as doubtful\n", report.identity_switches, report.flagged_switches);
+    if (report.misnamed > 0) {
+        text += fmt::format("names of another robot from the start: {}, of which {} were flagged as doubtful; rms from the robots that the names follow {:.1f} mm\n", report.misnamed,
+                            report.flagged_misnamed, 1000 * report.followed_rms);
+    }
     if (const auto figures = several_targets_figures(report); !figures.empty()) {
         text += several_targets_heading(report) + "\n";
         for (const auto& [name, value] : figures) text += fmt::format("{:5}  {}\n", name, value);
@@ -224,6 +228,9 @@ std::string json_of(const ErrorReport& report) {
               {"coasting", report.coasting},
               {"identity_switches", report.identity_switches},
               {"flagged_switches", report.flagged_switches},
+              {"misnamed", report.misnamed},
+              {"flagged_misnamed", report.flagged_misnamed},
+              {"followed_rms", report.followed_rms},
               {"unknown_robots", report.unknown_robots},
               {"without_true_yaw", report.without_true_yaw},
               {"without_point", report.without_point}};

@@ -162,4 +162,36 @@ Result<Site> load_site(const std::filesystem::path& file) {
     return Error{all};
 }
 
+/// The robots that a CSV file speaks of: its second column.
+static std::vector<std::string> robots_in(const std::filesystem::path& file) {
+    std::vector<std::string> robots;
+    std::ifstream lines(file);
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t first = line.find(',');
+        if (first == std::string::npos) continue;
+        const std::string robot = line.substr(first + 1, line.find(',', first + 1) - first - 1);
+        if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
+    }
+    return robots;
+}
+
+Result<Site> load_session(const std::filesystem::path& session) {
+    auto site = load_site(site_file_of(session));
+    std::error_code failure;
+    if (!site || !std::filesystem::is_directory(session, failure)) return site;
+    const auto speaks_of = [](const std::vector<std::string>& robots, const SiteRobot& robot) {
+        return std::find(robots.begin(), robots.end(), robot.id) != robots.end();
+    };
+    const auto driven = robots_in(session / "odometry.csv");
+    const auto ranged = robots_in(session / "ranges.csv");
+    for (SiteRobot& robot : site->robots) {
+        if (!robot.many && speaks_of(driven, robot) && (!robot.odometry || robot.odometry->source.empty())) {
+            if (!robot.odometry) robot.odometry.emplace();
+            robot.odometry->source = "odometry.csv";
+        }
+        if (robot.receiver && robot.receiver->source.empty() && speaks_of(ranged, robot)) robot.receiver->source = "ranges.csv";
+    }
+    return site;
+}
+
 }  // namespace roomfix

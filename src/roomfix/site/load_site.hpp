@@ -43,6 +43,10 @@ Result<Site> load_site(const std::filesystem::path& file);
 /// The site file of a session's folder; anything else is taken for a site file itself.
 std::filesystem::path site_file_of(const std::filesystem::path& session);
 
+/// The site of a session's folder, or of a site file. What the folder's odometry.csv and ranges.csv hold of robots whose source the file leaves open is
+/// theirs. Errors as of load_site().
+Result<Site> load_session(const std::filesystem::path& session);
+
 /// "FILE:LINE:COLUMN: error: message"
 std::string problem_text(const std::filesystem::path& file, const Problem& problem);
 
