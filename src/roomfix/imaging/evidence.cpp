@@ -49,11 +49,13 @@ void box_mean(const std::vector<float>& from, int width, int height, int window,
 
 }  // namespace
 
-void Evidence::explain_shadows(std::vector<int>& from) {
+int Evidence::explain_shadows(std::vector<int>& from) {
     constexpr float least = 0.05f;
+    int first = width * height;
     while (!from.empty()) {
         const int i = from.back();
         from.pop_back();
+        first = std::min(first, i);
         const int x = i % width;
         const auto visit = [&](int next) {
             float& shadow = perhaps[static_cast<std::size_t>(next)];
@@ -67,17 +69,20 @@ void Evidence::explain_shadows(std::vector<int>& from) {
         if (i >= width) visit(i - width);
         if (i + width < width * height) visit(i + width);
     }
+    return first / std::max(width, 1);
 }
 
-void Evidence::sum_up() {
+void Evidence::sum_up(int first_row) {
     const auto line = static_cast<std::size_t>(width) + 1;
-    row_sums.assign(line * static_cast<std::size_t>(height), {});
-    box_sums.assign(line * (static_cast<std::size_t>(height) + 1), {});
-    for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+    row_sums.resize(line * static_cast<std::size_t>(height));
+    box_sums.resize(line * (static_cast<std::size_t>(height) + 1));
+    if (first_row == 0) std::fill(box_sums.begin(), box_sums.begin() + static_cast<std::ptrdiff_t>(line), Sums());
+    for (auto y = static_cast<std::size_t>(first_row); y < static_cast<std::size_t>(height); ++y) {
         const Sums* from = pixels.data() + y * static_cast<std::size_t>(width);
         Sums* row = row_sums.data() + y * line;
         const Sums* above = box_sums.data() + y * line;
         Sums* below = box_sums.data() + (y + 1) * line;
+        row[0] = below[0] = {};
         for (std::size_t x = 0; x + 1 < line; ++x) {
             row[x + 1] = {row[x].other + from[x].other, row[x].plain + from[x].plain};
             below[x + 1] = {above[x + 1].other + row[x + 1].other, above[x + 1].plain + row[x + 1].plain};

@@ -67,10 +67,10 @@ struct Evidence {
         return {a.other - b.other - c.other + d.other, a.plain - b.plain - c.plain + d.plain};
     }
     /// Something stands on these pixels: what may be a shadow and hangs together with them is its shadow, and counts for nothing else. `pixels`
-    /// is used up. The sums have to be filled anew.
-    void explain_shadows(std::vector<int>& from);
-    /// Fills the sums from `pixels`.
-    void sum_up();
+    /// is used up. The sums have to be filled anew, from the row on that is returned.
+    int explain_shadows(std::vector<int>& from);
+    /// Fills the sums from `pixels`; those above `first_row` are right already.
+    void sum_up(int first_row = 0);
 };
 
 /// Log colours of the empty scene, and how much they vary. What only changes the light, all over or smoothly from place to place and channel

@@ -404,8 +404,7 @@ void BodyObserver::take_away(const Pose2& pose, const Body& body) {
             std::fill(evidence.perhaps.data() + row + span.begin, evidence.perhaps.data() + row + span.end, 0.0f);
             for (int x = span.begin; x < span.end; ++x) covered_.push_back(static_cast<int>(row) + x);
         }
-        evidence.explain_shadows(covered_);
-        evidence.sum_up();
+        evidence.sum_up(evidence.explain_shadows(covered_));
     }
 }
 

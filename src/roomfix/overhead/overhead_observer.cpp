@@ -140,11 +140,11 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
 /// Whether a kind of robot is the solid that the site file describes shows over many frames; one in which it is partly hidden says little.
 void OverheadObserver::note_exactness(const SilhouetteObservation& outline) {
     if(getenv("RFDBG"))fprintf(stderr," EXACT robot %d (%.2f %.2f) exact %.1f sum before %.1f\n",outline.robot,outline.pose.x,outline.pose.y,outline.exact,exactness(outline.robot));
-    double& exact = exactness(outline.robot);
+    double& exact = exact_[bodies_.kind(outline.robot)];
     exact = std::clamp(exact + std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once), -settings_.most_exact, settings_.most_exact);
 }
 
-bool OverheadObserver::is_exact(const SilhouetteObservation& outline) {
+bool OverheadObserver::is_exact(const SilhouetteObservation& outline) const {
     return exactness(outline.robot) + std::max(outline.exact - settings_.exact_at_once, 0.0) > settings_.surely_exact;
 }
 
@@ -356,9 +356,9 @@ bool OverheadObserver::tried_alike(int robot) const {
     return false;
 }
 
-/// Only shapes have outlines to be fitted.
+/// Only shapes have outlines to be fitted, and only where such robots may be the solids described.
 bool OverheadObserver::available(int robot) const {
-    if (!robots_[static_cast<std::size_t>(robot)].parts.empty()) return false;
+    if (!robots_[static_cast<std::size_t>(robot)].parts.empty() || !may_be_exact(robot)) return false;
     if (static_cast<std::size_t>(robot) < elsewhere_.size() && elsewhere_[static_cast<std::size_t>(robot)]) return false;
     return robots_[static_cast<std::size_t>(robot)].many || std::none_of(found_.begin(), found_.end(), [&](const Found& f) { return f.robot == robot; });
 }

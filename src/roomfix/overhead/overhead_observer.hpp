@@ -114,10 +114,11 @@ private:
     bool available(int robot) const;
     bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
-    double& exactness(int robot) { return exact_[bodies_.kind(robot)]; }
+    double exactness(int robot) const { return exact_[bodies_.kind(robot)]; }
     void note_exactness(const SilhouetteObservation& outline);
-    bool is_exact(const SilhouetteObservation& outline);
-    bool may_be_exact(int robot) { return exactness(robot) > -settings_.surely_exact; }
+    bool is_exact(const SilhouetteObservation& outline) const;
+    /// Are outlines worth looking for, by what was seen of such robots before?
+    bool may_be_exact(int robot) const { return exactness(robot) > -settings_.surely_exact; }
     std::string reason_for_nothing(const std::vector<Component>& components) const;
     void refresh_background(LumaView frame);
 
