@@ -50,7 +50,6 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     begin_moment(cameras);
-    static const bool dbg=getenv("RFDBG"); if(dbg){fprintf(stderr,"MOMENT cams %zu search %d\n",cameras.size(),expected.search); for(auto&k:known)fprintf(stderr," known %d (%.2f %.2f) sure %d edges %.1f score %.1f\n",k.robot,k.pose.x,k.pose.y,k.sure,k.edges,search_.score(moment_,body(k.robot),k.pose));for(size_t r=0;r<expected_.size();++r) if(expected_[r])fprintf(stderr," exp %zu (%.2f %.2f %.2f) want %d\n",r,expected_[r]->pose.x,expected_[r]->pose.y,expected_[r]->pose.yaw,wanted[r]);}
     look_for_things(expected);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();

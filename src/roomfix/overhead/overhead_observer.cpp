@@ -139,7 +139,6 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
 
 /// Whether a kind of robot is the solid that the site file describes shows over many frames; one in which it is partly hidden says little.
 void OverheadObserver::note_exactness(const SilhouetteObservation& outline) {
-    if(getenv("RFDBG"))fprintf(stderr," EXACT robot %d (%.2f %.2f) exact %.1f sum before %.1f\n",outline.robot,outline.pose.x,outline.pose.y,outline.exact,exactness(outline.robot));
     double& exact = exact_[bodies_.kind(outline.robot)];
     exact = std::clamp(exact + std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once), -settings_.most_exact, settings_.most_exact);
 }
