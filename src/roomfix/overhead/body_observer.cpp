@@ -359,6 +359,7 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
     standing_.push_back({robot, pose});
     take_away(pose, body(robot));
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
+        if (kind < kinds() && !is_open(kind)) candidates_[kind].clear();
         search_.score_again(moment_, bodies_[kind], candidates_[kind]);
         weigh_by_prior(kind);
     }

@@ -115,7 +115,7 @@ void BodySearch::score_again(std::span<const SeenBy> cameras, const Body& body, 
         const double now = score(cameras, body, candidate.pose);
         const bool less = now < candidate.score - 1;
         candidate.score = now;
-        if (less && now > 1) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
+        if (less && now > 0.5 * settings_.odds_of_clutter) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
     }
     std::erase_if(candidates, [](const BodyCandidate& c) { return c.score <= 1; });
     std::sort(candidates.begin(), candidates.end(), better);

@@ -116,6 +116,7 @@ private:
     SilhouetteObservation observation_of(const Found& found) const;
     double exactness(int robot) const { return exact_[bodies_.kind(robot)]; }
     void note_exactness(const SilhouetteObservation& outline);
+    bool all_expected(int robot) const;
     bool is_exact(const SilhouetteObservation& outline) const;
     /// Are outlines worth looking for, by what was seen of such robots before?
     bool may_be_exact(int robot) const { return exactness(robot) > -settings_.surely_exact; }
