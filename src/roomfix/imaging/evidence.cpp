@@ -49,6 +49,12 @@ void box_mean(const std::vector<float>& from, int width, int height, int window,
 
 }  // namespace
 
+void Evidence::count_perhaps() {
+    if (perhaps_counts) return;
+    for (std::size_t i = 0; i < perhaps.size(); ++i) pixels[i].other += perhaps[i];
+    perhaps_counts = true;
+}
+
 int Evidence::explain_shadows(std::vector<int>& from) {
     constexpr float least = 0.05f;
     int first = width * height;
@@ -60,7 +66,7 @@ int Evidence::explain_shadows(std::vector<int>& from) {
         const auto visit = [&](int next) {
             float& shadow = perhaps[static_cast<std::size_t>(next)];
             if (shadow < least) return;
-            pixels[static_cast<std::size_t>(next)].other -= shadow;
+            if (perhaps_counts) pixels[static_cast<std::size_t>(next)].other -= shadow;
             shadow = 0;
             from.push_back(next);
         };
@@ -343,6 +349,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     const float range = settings_.brightest - settings_.darkest;
     evidence.pixels.resize(pixels());
     evidence.perhaps.assign(pixels(), 0.0f);
+    evidence.perhaps_counts = channels_ == 1;  // colours tell shadows from most things; what they leave open is for those who know more
     if (evidence.with_colours) evidence.as_background.resize(pixels());
     const float log_other = std::log(other / settings_.share_other);
     compare_structure();
@@ -376,7 +383,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float perhaps = settings_.perhaps * std::min(something, lit) / sum;
         const float floor = structure > 0 ? 1 - std::exp(-structure) : 0;  // a shadow on the background is the background
         evidence.perhaps[i] = perhaps;
-        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + perhaps, (same + floor * std::max(lit - something, 0.0f)) / sum};
+        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + (evidence.perhaps_counts ? perhaps : 0), (same + floor * std::max(lit - something, 0.0f)) / sum};
         if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;
     }
 }

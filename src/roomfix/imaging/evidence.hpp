@@ -42,7 +42,8 @@ struct Evidence {
     int height = 0;
     int scale = 1;               // pixels of the frame per pixel here
     std::vector<Sums> pixels;    // row-major
-    std::vector<float> perhaps;  // part of a pixel's `other` that may as well be a shadow
+    std::vector<float> perhaps;  // part of a pixel's `other` that may as well be a shadow ...
+    bool perhaps_counts = true;  // ... false: that comes on top of it
     std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
     std::vector<Sums> box_sums;  // (width + 1) x (height + 1): of all pixels above and to the left
     double clutter = 0;          // part of what the picture tells that is something else
@@ -69,6 +70,8 @@ struct Evidence {
     /// Something stands on these pixels: what may be a shadow and hangs together with them is its shadow, and counts for nothing else. `pixels`
     /// is used up. The sums have to be filled anew, from the row on that is returned.
     int explain_shadows(std::vector<int>& from);
+    /// From now on what may as well be a shadow counts as something else, too. The sums have to be filled anew.
+    void count_perhaps();
     /// Fills the sums from `pixels`; those above `first_row` are right already.
     void sum_up(int first_row = 0);
 };

@@ -77,6 +77,10 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     for (std::size_t c = 0; c < cameras.size(); ++c) {
         left_[c] = *cameras[c].evidence;
         left_[c].perhaps.resize(left_[c].pixels.size());  // none where nobody said what may be a shadow
+        if (cameras.size() > 1 && !left_[c].perhaps_counts) {  // on the floor a shadow contradicts the other cameras, a robot does not
+            left_[c].count_perhaps();
+            left_[c].sum_up();
+        }
         moment_[c].evidence = &left_[c];
     }
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
