@@ -184,12 +184,10 @@ bool give_name(GroupState& state, std::size_t s, Nanoseconds time, const Group& 
         if (free.empty()) continue;
         const std::vector<FreeName> names = free_names(free, models);
         Account unnamed = state.accounts[s];
-        unnamed.shown = false;
         unnamed.tracks[t].declined = time;
         unnamed.log_weight += std::log(no_robot);
         for (std::size_t f = 1; f < names.size() && state.accounts.size() < most_accounts; ++f) {
             state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size()));
-            state.accounts.back().shown = false;
         }
         if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
         state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size());
@@ -218,6 +216,7 @@ bool same_account(const Account& a, const Account& b) {
 /// The likeliest first, like ones joined, weights add up to 1.
 void settle_accounts(GroupState& state) {
     auto& accounts = state.accounts;
+    for (Account& account : accounts) account.shown = &account == &accounts.front();  // copies of it came behind it
     if (accounts.size() > 1) {
         std::stable_sort(accounts.begin(), accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
         const double most = accounts[0].log_weight;
@@ -271,7 +270,6 @@ void take_frame(GroupState& state, const GroupSighting& frame, const Event& even
         if (!group.many) {
             for (const auto& other : close_exchanges(account, column_of, pairs, alone)) {
                 Account alternative = account;
-                alternative.shown = false;
                 alternative.log_weight += take_assigned(alternative, other, frame, event, group, models);
                 exchanged.push_back(std::move(alternative));
             }

@@ -16,7 +16,7 @@ struct TrackerSettings {
     LateModel late;
     double range_bias_memory = 600;  // s
 
-    double body_memory = 3;          // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
+    double body_memory = 3;  // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
 
     double outliers = 0.01;    // share of observations that are wrong altogether
     double gate = 9;           // squared Mahalanobis distance, beyond twice the mean of a right one, at which right and wrong are equally likely
@@ -30,7 +30,7 @@ struct TrackerSettings {
     double ok = 0.35;            // s without an absolute observation until a fix is coasting
     double lost = 0.6;           // m (1 sigma, worst direction): a place known less is no fix
     double anywhere = 3;         // m (1 sigma): a place known less counts for nothing, the next sighting starts the track anew
-    double naming = 2;           // s from the first sighting for which a robot is no fix while its name may as well be another's, though its wheels or a tag will tell
+    double naming = 2;  // s from the first sighting for which a robot is no fix while its name may as well be another's, though its wheels or a tag will tell
     double sure_of_name = 0.97;  // probability of a name that may as well not be another's
     double confirmations = 2;    // observations before one of several look-alikes is reported at a new place
     double forget = 5;           // s until a lost look-alike is dropped

@@ -187,7 +187,10 @@ void count_switches(const std::vector<Fix>& fixes, const Truth& truth, double ap
         const bool own_name = truth.contains(fix.robot);
         if (own_name) {
             const auto own = pose_at(truth.at(fix.robot), fix.time);
-            if (own && place_distance(*own, fix.pose) < apart) nearest = fix.robot;  // still where it should be
+            if (own && place_distance(*own, fix.pose) < apart) {  // still where it should be
+                nearest = fix.robot;
+                least = place_distance(*own, fix.pose);
+            }
         }
         const auto [at, first] = follows.try_emplace(fix.robot, nearest);
         std::string& before = at->second;
@@ -195,7 +198,7 @@ void count_switches(const std::vector<Fix>& fixes, const Truth& truth, double ap
             ++report.misnamed;
             report.flagged_misnamed += fix.identity < 0.95;
         }
-        squares += std::pow(place_distance(*pose_at(truth.at(nearest), fix.time), fix.pose), 2);
+        squares += least * least;
         ++followed;
         if (nearest == before) continue;
         ++report.identity_switches;

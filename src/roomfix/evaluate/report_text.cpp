@@ -208,8 +208,9 @@ std::string text_of(const ErrorReport& report) {
     text += fmt::format("available {:.1f} % of the time, {:.1f} % of the fixes by prediction alone\n", 100 * report.availability, 100 * report.coasting);
     text += fmt::format("identity switches: {}, of which {} were flagged as doubtful\n", report.identity_switches, report.flagged_switches);
     if (report.misnamed > 0) {
-        text += fmt::format("names of another robot from the start: {}, of which {} were flagged as doubtful; rms from the robots that the names follow {:.1f} mm\n", report.misnamed,
-                            report.flagged_misnamed, 1000 * report.followed_rms);
+        text += fmt::format(
+            "names of another robot from the start: {}, of which {} were flagged as doubtful; rms from the robots that the names follow {:.1f} mm\n",
+            report.misnamed, report.flagged_misnamed, 1000 * report.followed_rms);
     }
     if (const auto figures = several_targets_figures(report); !figures.empty()) {
         text += several_targets_heading(report) + "\n";

@@ -7,8 +7,8 @@
 namespace roomfix {
 namespace {
 
-constexpr int block = 48;  // px, edge of the squares that share a light
-constexpr int light_window = 3;  // px to each side over which a shadow's light is even
+constexpr int block = 48;            // px, edge of the squares that share a light
+constexpr int light_window = 3;      // px to each side over which a shadow's light is even
 constexpr int structure_window = 5;  // px to each side over which structure is compared
 constexpr float window_pixels = (2 * structure_window + 1) * (2 * structure_window + 1);
 constexpr std::size_t most_frames = 24;
@@ -383,7 +383,8 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         const float perhaps = settings_.perhaps * std::min(something, lit) / sum;
         const float floor = structure > 0 ? 1 - std::exp(-structure) : 0;  // a shadow on the background is the background
         evidence.perhaps[i] = perhaps;
-        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + (evidence.perhaps_counts ? perhaps : 0), (same + floor * std::max(lit - something, 0.0f)) / sum};
+        evidence.pixels[i] = {std::max(something - lit, 0.0f) / sum + (evidence.perhaps_counts ? perhaps : 0),
+                              (same + floor * std::max(lit - something, 0.0f)) / sum};
         if (evidence.with_colours) evidence.as_background[i] = std::log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f)) - log_other;
     }
 }
@@ -411,7 +412,8 @@ void ColourBackground::compare_structure() {
         uneven_[i] = unevenness(level_, around_, x, y);
         even_[i] = unevenness(seen_, around_seen_, x, y);
         const float rough = roughness(i);
-        structure_[i] = std::clamp(0.5f * (even_[i] * even_[i] - uneven_[i] * uneven_[i]) / (rough * rough), -settings_.pixel_structure, settings_.pixel_structure);
+        structure_[i] =
+            std::clamp(0.5f * (even_[i] * even_[i] - uneven_[i] * uneven_[i]) / (rough * rough), -settings_.pixel_structure, settings_.pixel_structure);
     }
     box_mean(structure_, width_, height_, structure_window, column_, around_structure_);
 }

@@ -10,23 +10,23 @@
 namespace roomfix {
 
 struct EvidenceSettings {
-    float dark = 6;              // grey levels added before the logarithm: read noise and black level of common cameras
-    float least_noise = 0.04f;   // of a log colour: compression and rounding at middle grey
-    float shift = 0.5f;          // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
-    float share_lit = 0.08f;     // of pixels lie in a shadow or in a patch of light that the background has not
-    float share_other = 0.10f;   // of pixels show something else
-    float darkest = -1.3f;       // log of what a shadow leaves of the light
-    float brightest = 0.8f;      // log of what the sun adds to it
-    float light_spread = 0.2f;   // softness of these two ends
-    float light_colour = 0.07f;  // by which shadow and sun shift a log colour against their mean: sky and lamps differ
-    float other_range = 2;       // over which log colours of other things are spread evenly, each channel
-    float even_things = 0.5f;    // part of other things' pixels that lie in surfaces as even as a shadow
-    float perhaps = 0.25f;       // part of what may as well be a shadow that counts as something else until a robot explains it
+    float dark = 6;                 // grey levels added before the logarithm: read noise and black level of common cameras
+    float least_noise = 0.04f;      // of a log colour: compression and rounding at middle grey
+    float shift = 0.5f;             // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
+    float share_lit = 0.08f;        // of pixels lie in a shadow or in a patch of light that the background has not
+    float share_other = 0.10f;      // of pixels show something else
+    float darkest = -1.3f;          // log of what a shadow leaves of the light
+    float brightest = 0.8f;         // log of what the sun adds to it
+    float light_spread = 0.2f;      // softness of these two ends
+    float light_colour = 0.07f;     // by which shadow and sun shift a log colour against their mean: sky and lamps differ
+    float other_range = 2;          // over which log colours of other things are spread evenly, each channel
+    float even_things = 0.5f;       // part of other things' pixels that lie in surfaces as even as a shadow
+    float perhaps = 0.25f;          // part of what may as well be a shadow that counts as something else until a robot explains it
     float structure_weight = 0.2f;  // of a neighbouring pixel's word on whether the background's structure goes on: their noise is not independent
     float pixel_structure = 4;      // nats: the most that one pixel tells of it ...
     float most_structure = 6;       // ... and a neighbourhood
-    float static_limit = 0.35f;  // log light by which a pixel may be off its block's at first, to count as unchanged
-    float static_close = 0.15f;  // the same once the block's light is known roughly
+    float static_limit = 0.35f;     // log light by which a pixel may be off its block's at first, to count as unchanged
+    float static_close = 0.15f;     // the same once the block's light is known roughly
 };
 
 /// Of one frame. A pixel speaks for something else, for the background, or, where it may as well be the background in another light, not at
@@ -122,11 +122,11 @@ private:
 
     // Working memory, kept between frames.
     ColourImage grey_;
-    std::vector<float> difference_;   // log colours of the frame in the background's light, less the background's
-    std::vector<float> level_;        // mean of the channels' differences
-    std::vector<float> around_;       // the same over a window
-    std::vector<float> seen_;         // mean of the channels' log colours in the background's light
-    std::vector<float> around_seen_;  // the same over a window
+    std::vector<float> difference_;        // log colours of the frame in the background's light, less the background's
+    std::vector<float> level_;             // mean of the channels' differences
+    std::vector<float> around_;            // the same over a window
+    std::vector<float> seen_;              // mean of the channels' log colours in the background's light
+    std::vector<float> around_seen_;       // the same over a window
     std::vector<float> squares_;           // of the differences over their noise, all channels
     std::vector<float> uneven_;            // how far the difference is off its surroundings'
     std::vector<float> even_;              // the same of the frame itself

@@ -76,7 +76,7 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     moment_.assign(cameras.begin(), cameras.end());
     for (std::size_t c = 0; c < cameras.size(); ++c) {
         left_[c] = *cameras[c].evidence;
-        left_[c].perhaps.resize(left_[c].pixels.size());  // none where nobody said what may be a shadow
+        left_[c].perhaps.resize(left_[c].pixels.size());       // none where nobody said what may be a shadow
         if (cameras.size() > 1 && !left_[c].perhaps_counts) {  // on the floor a shadow contradicts the other cameras, a robot does not
             left_[c].count_perhaps();
             left_[c].sum_up();
@@ -197,10 +197,15 @@ bool BodyObserver::settle_thing(const BodyCandidate& thing) {
         place.probability = 1 / (1 + std::exp(-odds));
         things_.push_back(place);
         stand(number, place.pose);
-        for (std::size_t robots = 0; robots < kinds(); ++robots) look_where_expected(robots);
         return true;
     }
     return false;
+}
+
+/// A thing before robots: they are looked for anew in what it leaves.
+void BodyObserver::settle_thing_first(const BodyCandidate& thing) {
+    if (!settle_thing(thing)) return;
+    for (std::size_t kind = 0; kind < kinds(); ++kind) look_where_expected(kind);
 }
 
 /// What no robot explains, the plainest first.
@@ -274,7 +279,7 @@ bool BodyObserver::settle_next(bool only_expected) {
         unsure_.erase(outline);
         const double own = most - prior_of(likeliest.robot, likeliest.pose);
         if (const BodyCandidate* thing = thing_instead_of(likeliest.robot, likeliest.pose, own)) {
-            settle_thing(*thing);
+            settle_thing_first(*thing);
             unsure_.push_back(likeliest);
         } else if (most > settings_.search.odds_of_clutter) {
             stand(likeliest.robot, likeliest.pose);
@@ -285,7 +290,7 @@ bool BodyObserver::settle_next(bool only_expected) {
     const std::size_t kind = this->kind(best->robot);
     const BodyCandidate first = candidates_[kind][best->candidate];
     if (const BodyCandidate* thing = thing_instead_of(best->robot, first.pose, first.score)) {
-        settle_thing(*thing);
+        settle_thing_first(*thing);
         return true;
     }
     auto places = search_.places(moment_, bodies_[kind], rivals_of(*best));
@@ -321,9 +326,7 @@ std::optional<BodyObserver::Choice> BodyObserver::choose() const {
     for (std::size_t i = 0; i < choices.size(); ++i) {
         const Pose2& pose = pose_of(choices[i]);
         const auto same = std::find_if(places.begin(), places.end(), [&](std::size_t p) {
-            const Pose2& other = pose_of(choices[p]);
-            const double least = settings_.overlap * (body(choices[i].robot).inner_radius + body(choices[p].robot).inner_radius);
-            return std::hypot(pose.x - other.x, pose.y - other.y) < least;
+            return stand_in_each_other(body(choices[i].robot), pose, body(choices[p].robot), pose_of(choices[p]));
         });
         const int column = static_cast<int>(same - places.begin());
         if (same == places.end()) places.push_back(i);
@@ -363,7 +366,10 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
     standing_.push_back({robot, pose});
     take_away(pose, body(robot));
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
-        if (kind < kinds() && !is_open(kind)) candidates_[kind].clear();
+        if (kind < kinds() && !is_open(kind)) {
+            candidates_[kind].clear();
+            continue;
+        }
         search_.score_again(moment_, bodies_[kind], candidates_[kind]);
         weigh_by_prior(kind);
     }
@@ -372,9 +378,12 @@ void BodyObserver::stand(int robot, const Pose2& pose) {
 /// Would a robot at this pose stand in another one that is settled?
 bool BodyObserver::in_the_way(const Body& shape, int robot, const Pose2& pose) const {
     return std::any_of(standing_.begin(), standing_.end(), [&](const KnownRobot& other) {
-        const double least = settings_.overlap * (shape.inner_radius + body(other.robot).inner_radius);
-        return (other.robot != robot || static_cast<std::size_t>(robot) >= robots_) && std::hypot(pose.x - other.pose.x, pose.y - other.pose.y) < least;
+        return (other.robot != robot || static_cast<std::size_t>(robot) >= robots_) && stand_in_each_other(shape, pose, body(other.robot), other.pose);
     });
+}
+
+bool BodyObserver::stand_in_each_other(const Body& a, const Pose2& at_a, const Body& b, const Pose2& at_b) const {
+    return std::hypot(at_a.x - at_b.x, at_a.y - at_b.y) < settings_.overlap * (a.inner_radius + b.inner_radius);
 }
 
 void BodyObserver::drop_blocked() {

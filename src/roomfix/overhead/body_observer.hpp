@@ -47,9 +47,9 @@ struct BodyObserverSettings {
     double expected_within = 0.7;    // m, 1 sigma: a robot that is expected no better is looked for everywhere
     int search_expected = 3;         // searches: in each of so many, expected robots are looked for everywhere, too
     std::vector<Cylinder> things = {{0.5, 1.7}, {0.6, 0.9}};  // m: a person; a chair or a carton. What they explain better is no robot
-    double things_sigma = 0.1;       // m: how well these sizes fit
-    double odds_of_thing = 16;              // nats by which what may as well be a robot is likelier to be one: a thing has any size and is rarer
-    double outline_loss = 8;         // nats by which the place of an outline may explain the pictures worse than the best place does
+    double things_sigma = 0.1;                                // m: how well these sizes fit
+    double odds_of_thing = 16;  // nats by which what may as well be a robot is likelier to be one: a thing has any size and is rarer
+    double outline_loss = 8;    // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
 /// Robots that come in any number are not looked for.
@@ -104,12 +104,14 @@ private:
     double most_of_robot(std::span<const SeenBy> rest, int robot, double trust);
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score);
     bool settle_thing(const BodyCandidate& thing);
+    void settle_thing_first(const BodyCandidate& thing);
     void settle_things();
     bool settle_next(bool only_expected);
     std::optional<Choice> choose() const;
     std::vector<BodyCandidate> rivals_of(const Choice& choice) const;
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
+    bool stand_in_each_other(const Body& a, const Pose2& at_a, const Body& b, const Pose2& at_b) const;
     void drop_blocked();
     void take_away(const Pose2& pose, const Body& body);
 

@@ -44,7 +44,8 @@ struct BodySearchSettings {
 struct BodyPlace {
     Pose2 pose;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; with what is uncertain of body and calibration
-    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by errors that stay from frame to frame: one camera's calibration; of several cameras together, what the description leaves out
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by errors that stay from frame to frame: one camera's calibration; of
+                                                                                       // several cameras together, what the description leaves out
     double log_ratio = 0;                                                              // nats, summed over the cameras
     double weight = 0;                                                                 // of all places, 0..1
     double probability = 0;                                                            // that it is a body and no clutter

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "roomfix/base/beta_distribution.hpp"
 #include "roomfix/overhead/edge_profile.hpp"
 
 namespace roomfix {
@@ -198,15 +199,12 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
     return state;
 }
 
-/// log of B(a, b).
-double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
-
 /// The evidence for an exact solid against a rough body, from how much of its outline shows an edge and from how far these are off.
 double exactness(const OutlineFit& fit, double independent, const OutlineFitSettings& settings) {
     const double shown = independent * fit.supported;
-    const double open = independent * (fit.visible - fit.supported);
-    const double exact = log_beta(settings.exact_shown + shown, settings.exact_bare + open) - log_beta(settings.exact_shown, settings.exact_bare);
-    const double rough = log_beta(settings.rough_shown + shown, settings.rough_bare + open) - log_beta(settings.rough_shown, settings.rough_bare);
+    const double visible = independent * fit.visible;
+    const double exact = log_beta_evidence(shown, visible, settings.exact_shown, settings.exact_bare);
+    const double rough = log_beta_evidence(shown, visible, settings.rough_shown, settings.rough_bare);
     const double wider = settings.rough_scatter * settings.rough_scatter;
     const double scatter = shown * 0.5 * (std::log(wider) - fit.residual * fit.residual * (1 - 1 / wider));
     return exact - rough + scatter;

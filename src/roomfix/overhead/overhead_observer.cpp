@@ -146,7 +146,7 @@ void OverheadObserver::note_exactness(const SilhouetteObservation& outline) {
 /// Are all robots that look like this one expected somewhere?
 bool OverheadObserver::all_expected(int robot) const {
     for (int other = 0; other < static_cast<int>(robots_.size()); ++other) {
-        if (!look_alike(robots_[static_cast<std::size_t>(robot)], robots_[static_cast<std::size_t>(other)])) continue;
+        if (bodies_.kind(other) != bodies_.kind(robot)) continue;
         const auto known = [&](const PoseObservation& e) { return e.robot == other; };
         if (std::none_of(expected_.robots.begin(), expected_.robots.end(), known)) return false;
     }

@@ -39,15 +39,15 @@ struct OverheadSettings {
     double expected_gate = 25;      // squared Mahalanobis distance from where it is expected, up to which an outline found there is the robot's
     int most_blobs = 32;
     int most_searches = 1;  // for outlines of which a part is hidden, in a frame
-    int most_starts = 6;  // places of a soft target climbed from
+    int most_starts = 6;    // places of a soft target climbed from
 };
 
 /// What one frame shows.
 struct OverheadResult {
     std::vector<SilhouetteObservation> observations;
     std::vector<BodyPlace> things;  // what stands there and is no robot of the site
-    std::string reason;    // why there is none; empty otherwise
-    bool changed = false;  // so much differs from the background that this is hardly the view it was learned from
+    std::string reason;             // why there is none; empty otherwise
+    bool changed = false;           // so much differs from the background that this is hardly the view it was learned from
 };
 
 /// Keeps the background of one camera. Without a background given it learns from the frames it sees, better with time.

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/beta_distribution.hpp"
+
 namespace roomfix {
 namespace {
 
 constexpr double rows_enough = 40;  // of a body of one part: more rows say the same
-
-/// log of B(a, b).
-double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
 
 /// Independent samples, and how many of them show something else.
 struct Samples {
@@ -23,7 +22,7 @@ Samples samples_of(const Evidence::Sums& sums, double pixels_per_sample) {
 }
 
 /// Log probability of one order of k of n, the part of them being of a Beta distribution.
-double log_evidence(const Samples& s, double filled, double open) { return log_beta(filled + s.k, open + s.n - s.k) - log_beta(filled, open); }
+double log_evidence(const Samples& s, double filled, double open) { return log_beta_evidence(s.k, s.n, filled, open); }
 
 Evidence::Sums sum_over(const Evidence& evidence, const BodyMask& mask, int step) {
     Evidence::Sums sums;

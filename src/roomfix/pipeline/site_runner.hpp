@@ -106,7 +106,7 @@ private:
     struct Station {
         std::unique_ptr<CameraPost> post;  // used by one thread at a time
         SourceState state;
-        double last_wall = 0;  // s, when the last frame came
+        double last_wall = 0;                 // s, when the last frame came
         std::optional<Nanoseconds> searched;  // time of the last frame in which the whole floor was searched
     };
     /// What one frame gave, before it is told.
