@@ -370,6 +370,47 @@ TEST(Tracker, TellsTwoLookAlikesByTheirWheels) {
     }
 }
 
+TEST(Tracker, KeepsTheNamesOfLookAlikesThatNothingTellsApartAndSaysThatTheyAreChance) {
+    Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
+    double y_of_r1 = -1;
+    for (int i = 0; i < 60; ++i) {
+        const double t = 0.1 * i;
+        std::vector<PoseObservation> frame = {seen(1 + 0.2 * t, 1, 0, 0.01, 2, 0), seen(1 + 0.2 * t, 4, 0, 0.01, 2, 1)};
+        if (i % 2 == 1) std::swap(frame[0], frame[1]);
+        tracker.see(from_seconds(t), "hall", frame);
+        if (i < 3) continue;
+        const auto fixes = tracker.fixes(from_seconds(t));
+        ASSERT_EQ(fixes.size(), 2U);
+        for (const Fix& fix : fixes) {
+            EXPECT_EQ(fix.status, FixStatus::ok);
+            if (fix.robot != "r1") continue;
+            if (y_of_r1 < 0) y_of_r1 = fix.pose.y;
+            EXPECT_NEAR(fix.pose.y, y_of_r1, 0.1) << "at " << t;
+        }
+        EXPECT_LT(std::min(fixes[0].identity, fixes[1].identity), 0.6) << "which of them the first one is, nobody knows";
+    }
+}
+
+TEST(Tracker, HoldsNamesBackThatWheelsWillTellAndExpectsTheRobotsAllTheSame) {
+    Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
+    for (int i = 0; i < 30; ++i) {
+        const double t = 0.1 * i;
+        for (const int robot : {0, 1}) tracker.drive({from_seconds(t), robot, {0, 0, 0}});  // both stand still: nothing tells them apart
+        tracker.see(from_seconds(t), "hall", std::vector<PoseObservation>{seen(1, 1, 0, 0.01, 2, 0), seen(1, 4, 0, 0.01, 2, 1)});
+        if (i == 10) {
+            for (const Fix& fix : tracker.fixes(from_seconds(t))) {
+                EXPECT_EQ(fix.status, FixStatus::none);
+                EXPECT_NE(fix.reason.find("look the same"), std::string::npos) << fix.reason;
+            }
+            EXPECT_EQ(tracker.expected(from_seconds(t)).size(), 2U) << "cameras look for them where they are";
+        }
+    }
+    for (const Fix& fix : tracker.fixes(from_seconds(2.9))) {
+        EXPECT_EQ(fix.status, FixStatus::ok) << "after so long they are given with their doubt";
+        EXPECT_LT(fix.identity, 0.95);
+    }
+}
+
 TEST(Belief, StaysPositiveDefiniteInTenMillionUpdates) {
     Random random(7);
     Belief belief = belief_at({4, 3, 0}, Eigen::Vector3d(1e4, 1e4, 3).asDiagonal(), 1, 1, {});

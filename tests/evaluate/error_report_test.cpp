@@ -84,6 +84,20 @@ TEST(ErrorReport, SumsUpTheLatencyOfFixesThatStateOne) {
     EXPECT_EQ(text_of(judge({}, two_robots())).find("Latency"), std::string::npos);
 }
 
+TEST(ErrorReport, ANameThatIsAnotherRobotsFromTheStartIsNoSwitch) {
+    RecordedFixes recorded;
+    for (int i = 0; i < 100; ++i) {
+        recorded.fixes.push_back(fix_at(0.1 * i, "r1", 0.1 * i, 3.01, 0, 0.02));
+        recorded.fixes.back().identity = 0.5;
+        recorded.fixes.push_back(fix_at(0.1 * i, "r2", 0.1 * i, -0.01, 0, 0.02));
+    }
+    const ErrorReport report = judge(recorded, two_robots());
+    EXPECT_EQ(report.identity_switches, 0);
+    EXPECT_EQ(report.misnamed, 2);
+    EXPECT_EQ(report.flagged_misnamed, 1);
+    EXPECT_NEAR(report.followed_rms, 0.01, 1e-9);
+}
+
 TEST(ErrorReport, CountsANameThatMovesToAnotherRobotAndWhetherThatWasFlagged) {
     RecordedFixes recorded;
     for (int i = 0; i < 200; ++i) {
@@ -93,6 +107,7 @@ TEST(ErrorReport, CountsANameThatMovesToAnotherRobotAndWhetherThatWasFlagged) {
         if (i > 70 && i < 81) recorded.fixes.back().identity = 0.6;
     }
     const ErrorReport report = judge(recorded, two_robots());
+    EXPECT_EQ(report.misnamed, 0);
     EXPECT_EQ(report.identity_switches, 2);  // there and back
     EXPECT_EQ(report.flagged_switches, 1);
 }

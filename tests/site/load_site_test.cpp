@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "roomfix/site/lens_grid_file.hpp"
 #include "roomfix/site/site_text.hpp"
 
@@ -237,6 +240,24 @@ TEST(LoadSite, RefusesAnUnknownDriveAndOdometryOfMany) {
     EXPECT_TRUE(problem_with(drive, "must be differential, holonomic or unknown, not 'legs'"));
     const LoadedSite many = parse_site(with(good, "count: many", "count: many, odometry: {source: wheels.csv}"), "/somewhere");
     EXPECT_TRUE(problem_with(many, "robots.cart.odometry: there are many of this robot"));
+}
+
+TEST(LoadSession, GivesRobotsTheFoldersOdometryWhereTheSiteFileNamesNone) {
+    const auto folder = std::filesystem::temp_directory_path() / "roomfix_load_session";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "site.yaml") << with(good, "lift: {shape: box,", "lift: {odometry: {source: lift.csv}, shape: box,");
+    std::filesystem::remove(folder / "odometry.csv");
+    const auto without = load_session(folder);
+    ASSERT_TRUE(without) << without.error().message;
+    EXPECT_FALSE(without->robots[0].odometry);
+    std::ofstream(folder / "odometry.csv") << "time,robot,x,y,yaw\n0,r1,0,0,0\n0,lift,0,0,0\n";
+    const auto found = load_session(folder);
+    ASSERT_TRUE(found) << found.error().message;
+    ASSERT_TRUE(found->robots[0].odometry);
+    EXPECT_EQ(found->robots[0].odometry->source, "odometry.csv");
+    EXPECT_EQ(found->robots[2].odometry->source, "lift.csv");
+    EXPECT_FALSE(load_session(folder / "site.yaml")->robots[0].odometry) << "a site file alone is no session";
+    std::filesystem::remove_all(folder);
 }
 
 }  // namespace
