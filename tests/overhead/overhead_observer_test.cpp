@@ -75,6 +75,27 @@ TEST_F(Overhead, FindsARobotWithItsYawAndAllPosesThatLookTheSame) {
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(o.covariance).eigenvalues()[0], 0) << "never zero";
 }
 
+TEST_F(Overhead, TellsTheSolidDescribedFromARobotThatIsOnlyAboutSoLarge) {
+    const Pose2 truth{6.0, 5.75, 0.4};
+    const Box described = std::get<Box>(scenario->robots[0].robot.shape);
+    std::vector<Solid> tower = robot_solids(Box{described.length, described.width, 0.5 * described.height}, scenario->robots[0].look, truth);
+    for (const Solid& solid : robot_solids(Box{0.5 * described.length, 0.5 * described.width, described.height}, scenario->robots[0].look, truth)) {
+        tower.push_back(solid);
+    }
+    OverheadSettings easy;  // takes what an outline explains badly, too
+    easy.least_score = 0.1;
+    const auto exactness = [&](const std::vector<Solid>& solids) {
+        OverheadObserver eye(*fixed_view(scenario->site.cameras[0]), scenario->site.robots, easy);
+        eye.set_background(*background);
+        OverheadResult result;
+        eye.observe(frame_of(solids), result);
+        EXPECT_EQ(result.observations.size(), 1U) << result.reason;
+        return result.observations.empty() ? 0 : result.observations[0].exact;
+    };
+    EXPECT_GT(exactness(robot_at(truth)), 3);
+    EXPECT_LT(exactness(tower), -1);
+}
+
 TEST_F(Overhead, LightMayChangeByFifteenPerCent) {
     OverheadResult result;
     const Pose2 truth{6.4, 5.6, 1.0};
