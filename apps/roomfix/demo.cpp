@@ -45,12 +45,18 @@ std::vector<CameraRenderer> prepare(const Scenario& scenario, SiteRunner& room, 
     for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {
         renderers.emplace_back(scenario.scene, scenario.cameras[c].truth, scenario.cameras[c].sensor, seed * 31 + c);
         BackgroundLearner learner;
+        ColourFrames levels;
         LumaImage frame;
+        ColourImage small;
         for (int i = 0; i < background_frames; ++i) {
             renderers[c].render({}, light_at(-0.1 * i, seed + c), 1'000'000 + static_cast<std::uint64_t>(i), frame);
             learner.add(frame);
+            shrink_grey(frame.view(), small);
+            levels.add(small);
         }
-        room.set_background(c, learner.learn());
+        ColourBackground colour;
+        colour.learn(levels.frames());
+        room.set_background(c, learner.learn(), std::move(colour));
         progress(static_cast<double>(c + 1) / static_cast<double>(scenario.cameras.size()));
     }
     return renderers;
@@ -96,6 +102,7 @@ int demo(const Arguments& arguments) {
     const Nanoseconds epoch = system_now();
     std::vector<Solid> solids;
     std::vector<LumaImage> frames(renderers.size() + up_renderers.size() + eye_renderers.size());  // fixed, looking up, looking for corners
+    std::vector<ColourImage> small(renderers.size());                                              // of the fixed ones
     WorkerPool pool(hardware_threads());
     room.measure_latency();
     double heard_until = 0;
@@ -128,6 +135,7 @@ int demo(const Arguments& arguments) {
             } else if (c != mishaps.freezing || !frozen) {
                 const CameraRenderer& renderer = c == mishaps.bumped && mishaps.is_bumped(time) ? knocked_renderer : renderers[c];
                 renderer.render(solids, light_at(time, light + c), i, frames[c]);
+                shrink_grey(frames[c].view(), small[c]);
             }
         });
         RangeBatch heard;
@@ -145,11 +153,12 @@ int demo(const Arguments& arguments) {
         }
         room.drive(driven);
         std::vector<CameraFrame> seen;
-        for (std::size_t c = 0; c < frames.size(); ++c) seen.push_back({c, frames[c], epoch + from_seconds(time)});
+        for (std::size_t c = 0; c < frames.size(); ++c) seen.push_back({c, {frames[c], c < small.size() ? &small[c] : nullptr}, epoch + from_seconds(time)});
         (void)room.feed(seen, pool);
         const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
         std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
     }
+    say(room.stage_times().text());
     return done;
 }
 

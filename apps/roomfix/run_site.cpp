@@ -67,6 +67,7 @@ int run_site(const Site& site, const RunOptions& options) {
         say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
                         state.message));
     }
+    if (room.stage_times().summary(Stage::moment).count > 0) say(room.stage_times().text());
     for (const std::string& problem : room.line_problems()) say("not used: " + problem);
     const TrackerCounts counts = room.tracker_counts();
     if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));

@@ -370,6 +370,41 @@ TEST(Tracker, TellsTwoLookAlikesByTheirWheels) {
     }
 }
 
+/// Two robots of nearly one size drive different ways, and cameras name them the other way round most of the time: their wheels tell.
+TEST(Tracker, TellsRobotsOfNearlyOneSizeByTheirWheelsWhereCamerasTakeOneForTheOther) {
+    Tracker tracker(site_of({robot_of("mast", Box{0.58, 0.39, 1.05}), robot_of("cart", Box{0.57, 0.36, 0.9})}));
+    Random random(3);
+    for (int i = 0; i < 60; ++i) {
+        const double t = 0.1 * i;
+        const double x = 0.4 * t, y = 0.4 * t;
+        tracker.drive({from_seconds(t), 0, {x, 0, 0}});
+        tracker.drive({from_seconds(t), 1, {y * std::cos(0.3 * t), y * std::sin(0.3 * t), 0.6 * t}});
+        const bool exchanged = i % 5 != 0;
+        const std::vector<PoseObservation> seen = {place(1 + x + random.normal(0.02), 1, 0.02, exchanged ? 1 : 0),
+                                                   place(6 + y * std::cos(0.3 * t), 3 + y * std::sin(0.3 * t) + random.normal(0.02), 0.02, exchanged ? 0 : 1)};
+        tracker.see(from_seconds(t), "hall", seen);
+    }
+    const auto mast = tracker.fix(0, from_seconds(5.9));
+    const auto cart = tracker.fix(1, from_seconds(5.9));
+    ASSERT_TRUE(mast && cart);
+    EXPECT_NEAR(mast->pose.x, 1 + 0.4 * 5.9, 0.1);
+    EXPECT_NEAR(mast->pose.y, 1, 0.1);
+    EXPECT_GT(cart->pose.y, 2.5);
+    EXPECT_GT(mast->identity, 0.97);
+}
+
+/// Where nothing else tells, what cameras take them for decides.
+TEST(Tracker, RobotsOfNearlyOneSizeHaveTheNamesThatCamerasGiveThem) {
+    Tracker tracker(site_of({robot_of("mast", Box{0.58, 0.39, 1.05}), robot_of("cart", Box{0.57, 0.36, 0.9})}));
+    for (int i = 0; i < 40; ++i) {
+        const std::vector<PoseObservation> seen = {place(1, 1, 0.02, 1), place(6, 3, 0.02, 0)};
+        tracker.see(from_seconds(0.1 * i), "hall", seen);
+    }
+    ASSERT_TRUE(tracker.fix(0, from_seconds(3.9)) && tracker.fix(1, from_seconds(3.9)));
+    EXPECT_NEAR(tracker.fix(0, from_seconds(3.9))->pose.x, 6, 0.1);
+    EXPECT_NEAR(tracker.fix(1, from_seconds(3.9))->pose.x, 1, 0.1);
+}
+
 TEST(Tracker, KeepsTheNamesOfLookAlikesThatNothingTellsApartAndSaysThatTheyAreChance) {
     Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
     double y_of_r1 = -1;

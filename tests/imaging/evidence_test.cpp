@@ -2,138 +2,85 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <random>
 
 namespace roomfix {
 namespace {
 
-constexpr int width = 192;
-constexpr int height = 144;
+/// Random numbers, with a patch that may be a shadow.
+Evidence some_evidence() {
+    Evidence evidence;
+    evidence.width = 61;
+    evidence.height = 47;
+    std::mt19937 random(5);
+    const auto part = [&] { return static_cast<float>(random() % 1000) / 1000; };
+    for (int i = 0; i < 61 * 47; ++i) {
+        const int x = i % 61, y = i / 61;
+        const bool shadow = x > 20 && x < 40 && y > 10 && y < 30;
+        const float other = 0.5f * part();
+        evidence.pixels.push_back({other + (shadow ? 0.2f : 0), 1 - other - 0.2f});
+        evidence.perhaps.push_back(shadow ? 0.2f : 0);
+    }
+    evidence.sum_up();
+    return evidence;
+}
 
-/// A wooden floor with boards and grain, under a light per channel; `paint` may change the light of a pixel or its colour.
-template <class Paint>
-ColourImage floor_picture(unsigned seed, const Paint& paint) {
-    ColourImage image{width, height, 3, 1, {}};
-    image.values.resize(image.pixels() * 3);
-    std::mt19937 grain(7);
-    std::mt19937 noise(seed);
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const double wood = 1 + 0.15 * ((x / 16 + y / 48) % 2) + 0.04 * (static_cast<double>(grain() % 1000) / 500 - 1);
-            double colour[3] = {60 * wood, 100 * wood, 130 * wood};
-            paint(x, y, colour);
-            for (int c = 0; c < 3; ++c) {
-                const double value = colour[c] + 2 * (static_cast<double>(noise() % 1000) / 500 - 1);
-                image.values[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)) + static_cast<std::size_t>(c)] =
-                    static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
-            }
+std::vector<int> a_body() {
+    std::vector<int> covered;
+    for (int y = 15; y < 25; ++y) {
+        for (int x = 15; x < 25; ++x) covered.push_back(y * 61 + x);
+    }
+    return covered;
+}
+
+void expect_same_sums(const Evidence& a, const Evidence& b) {
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; x += 5) {
+            EXPECT_NEAR(static_cast<double>(a.run(y, 0, x).other), static_cast<double>(b.run(y, 0, x).other), 1e-4);
+            EXPECT_NEAR(static_cast<double>(a.box(0, 0, x + 1, y + 1).other), static_cast<double>(b.box(0, 0, x + 1, y + 1).other), 1e-2);
+            EXPECT_NEAR(static_cast<double>(a.box(0, 0, x + 1, y + 1).plain), static_cast<double>(b.box(0, 0, x + 1, y + 1).plain), 1e-2);
         }
     }
-    return image;
+    EXPECT_NEAR(a.clutter, b.clutter, 1e-5);
 }
 
-void nothing(int, int, double*) {}
-
-bool in_square(int x, int y) { return x >= 80 && x < 110 && y >= 60 && y < 90; }
-
-ColourBackground learned() {
-    std::vector<ColourImage> frames;
-    for (unsigned i = 0; i < 7; ++i) frames.push_back(floor_picture(i, nothing));
-    ColourBackground background;
-    background.learn(frames);
-    return background;
-}
-
-/// Part of the square's, or of all other pixels, that show something else.
-double other_part(const Evidence& evidence, bool inside) {
-    double sum = 0;
-    double count = 0;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            if (in_square(x, y) != inside) continue;
-            sum += static_cast<double>(evidence.pixels[static_cast<std::size_t>(y * width + x)].other);
-            ++count;
-        }
+TEST(Evidence, WhatIsTakenAwaySaysNothingAndNorDoesItsShadow) {
+    Evidence evidence = some_evidence();
+    std::vector<int> covered = a_body();
+    evidence.take_away(covered);
+    EXPECT_TRUE(covered.empty());
+    for (const int i : a_body()) {
+        EXPECT_EQ(evidence.pixels[static_cast<std::size_t>(i)].other, 0.0f);
+        EXPECT_EQ(evidence.pixels[static_cast<std::size_t>(i)].plain, 0.0f);
     }
-    return sum / count;
+    for (const float shadow : evidence.perhaps) EXPECT_EQ(shadow, 0.0f) << "it hangs together with the body";
+    Evidence anew = evidence;
+    anew.sum_up();
+    expect_same_sums(evidence, anew);
 }
 
-TEST(EvidenceOfColours, ExposureAndWhiteBalanceAreNoForeground) {
-    auto background = learned();
-    Evidence evidence;
-    ASSERT_TRUE(background.compare(floor_picture(99, [](int x, int, double* c) {
-                                       const double lamp = 1 + 0.2 * x / width;
-                                       c[0] *= 0.8 * lamp, c[1] *= 0.7 * lamp, c[2] *= 0.6 * lamp;
-                                   }),
-                                   evidence));
-    EXPECT_LT(evidence.clutter, 0.01);
-}
-
-TEST(EvidenceOfColours, AShadowSaysNothingAndAnotherColourDoes) {
-    auto background = learned();
-    Evidence evidence;
-    ASSERT_TRUE(background.compare(floor_picture(99, [](int x, int y, double* c) {
-                                       for (int k = 0; k < 3 && in_square(x, y); ++k) c[k] *= 0.55;
-                                   }),
-                                   evidence));
-    EXPECT_LT(other_part(evidence, true), 0.1);
-    ASSERT_TRUE(background.compare(floor_picture(99, [](int x, int y, double* c) {
-                                       if (in_square(x, y)) c[0] = 150, c[1] = 90, c[2] = 40;
-                                   }),
-                                   evidence));
-    EXPECT_GT(other_part(evidence, true), 0.9);
-    EXPECT_LT(other_part(evidence, false), 0.01);
-}
-
-TEST(EvidenceOfColours, GreyFramesAreComparedInGrey) {
-    auto background = learned();
-    Evidence evidence;
-    auto frame = floor_picture(99, [](int x, int y, double* c) {
-        for (int k = 0; k < 3 && in_square(x, y); ++k) c[k] = 8;
-    });
-    make_grey(frame);
-    ASSERT_TRUE(background.compare(frame, evidence));
-    EXPECT_GT(other_part(evidence, true), 0.6);
-    EXPECT_LT(other_part(evidence, false), 0.01);
-}
-
-TEST(EvidenceOfColours, AFrameOfAnotherSizeIsRefused) {
-    auto background = learned();
-    Evidence evidence;
-    ColourImage small{16, 16, 3, 1, std::vector<std::uint8_t>(16 * 16 * 3, 90)};
-    EXPECT_FALSE(background.compare(small, evidence));
-}
-
-TEST(EvidenceOfColours, SumsAreThoseOfThePixels) {
-    auto background = learned();
-    Evidence evidence;
-    ASSERT_TRUE(background.compare(floor_picture(5, [](int x, int y, double* c) {
-                                       if (in_square(x, y)) c[0] = 200;
-                                   }),
-                                   evidence));
-    double plain = 0;
-    double other = 0;
-    for (int y = 20; y < 100; ++y) {
-        for (int x = 30; x < 150; ++x) {
-            const auto& p = evidence.pixels[static_cast<std::size_t>(y * width + x)];
-            plain += static_cast<double>(p.plain);
-            other += static_cast<double>(p.other);
-        }
+TEST(Evidence, WhatWasTakenAwayCanBePutBack) {
+    const Evidence before = some_evidence();
+    Evidence evidence = before;
+    std::vector<int> covered = a_body();
+    std::vector<Evidence::Pixel> pixels;
+    evidence.take_away(covered, &pixels);
+    evidence.put_back(pixels);
+    for (std::size_t i = 0; i < before.pixels.size(); ++i) {
+        EXPECT_EQ(evidence.pixels[i].other, before.pixels[i].other);
+        EXPECT_EQ(evidence.pixels[i].plain, before.pixels[i].plain);
+        EXPECT_EQ(evidence.perhaps[i], before.perhaps[i]);
     }
-    const auto box = evidence.box(30, 20, 150, 100);
-    EXPECT_NEAR(static_cast<double>(box.plain), plain, 1);
-    EXPECT_NEAR(static_cast<double>(box.other), other, 1);
+    expect_same_sums(evidence, before);
 }
 
-TEST(KeptFrames, AreSpreadEvenlyAndNeverMoreThanAsked) {
-    ColourFrames kept(8);
-    for (int i = 0; i < 100; ++i) kept.add({1, 1, 1, 1, {static_cast<std::uint8_t>(i)}});
-    ASSERT_LE(kept.frames().size(), 8U);
-    ASSERT_GE(kept.frames().size(), 4U);
-    EXPECT_EQ(kept.frames()[0].values[0], 0) << "the first frame stays";
-    EXPECT_GT(kept.frames().back().values[0], 80);
+TEST(Evidence, WhatMayBeAShadowCountsOnlyOnce) {
+    Evidence evidence = some_evidence();
+    evidence.perhaps_counts = false;
+    const float before = evidence.pixels[15 * 61 + 25].other;
+    evidence.count_perhaps();
+    evidence.count_perhaps();
+    EXPECT_FLOAT_EQ(evidence.pixels[15 * 61 + 25].other, before + 0.2f);
 }
 
 }  // namespace

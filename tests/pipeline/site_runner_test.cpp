@@ -20,15 +20,20 @@ class GreyFrames final : public FrameSource {
 public:
     GreyFrames(int count, double seconds, bool live, Nanoseconds start, int width = 160, double reading = 0)
         : count_(count), seconds_(seconds), reading_(live ? seconds : reading), live_(live), start_(start), width_(width) {}
-    Result<bool> next(SourceFrame& frame) override {
+    Result<bool> advance(SourceFrame& frame) override {
         if (given_ == count_) return false;
         std::this_thread::sleep_for(std::chrono::duration<double>(reading_));
-        frame.image.resize(width_, 120);
-        for (int y = 0; y < 120; ++y) std::fill_n(frame.image.row(y), width_, static_cast<std::uint8_t>(100 + given_ % 7));
         frame.time = live_ ? system_now() : start_ + from_seconds(given_ * seconds_);
         ++given_;
         return true;
     }
+    Result<void> decode(SourceFrame& frame) override {
+        ++decoded_;
+        frame.image.resize(width_, 120);
+        for (int y = 0; y < 120; ++y) std::fill_n(frame.image.row(y), width_, static_cast<std::uint8_t>(100 + given_ % 7));
+        return {};
+    }
+    int decoded() const { return decoded_; }
     bool live() const override { return live_; }
     std::int64_t count() const override { return count_; }
 
@@ -39,6 +44,7 @@ private:
     Nanoseconds start_;
     int width_;
     int given_ = 0;
+    int decoded_ = 0;
 };
 
 /// A hall with fixed cameras and one robot.
@@ -61,62 +67,65 @@ Site hall(int cameras) {
     return site;
 }
 
-TEST(FrameQueue, DropsTheOldestWhereItIsFull) {
-    FrameQueue queue(2);
-    for (int i = 0; i < 5; ++i) {
-        SourceFrame frame;
-        frame.time = i;
-        queue.push(std::move(frame));
-    }
-    queue.close();
-    EXPECT_EQ(queue.count().came, 5);
-    EXPECT_EQ(queue.count().dropped, 3);
-    SourceFrame frame;
-    ASSERT_TRUE(queue.pop(frame));
-    EXPECT_EQ(frame.time, 3);
-    ASSERT_TRUE(queue.pop(frame));
-    EXPECT_EQ(frame.time, 4);
-    EXPECT_FALSE(queue.pop(frame));
-}
-
-/// Ten times more frames than can be looked at: what is looked at is fresh, and what is not is counted.
-TEST(FrameQueue, TenTimesMoreThanItCanTakeLeavesTheNewest) {
-    GreyFrames source(200, 0.002, true, 0);
+/// Ten times more frames than can be looked at: what is looked at is fresh, and what is not is counted, and mostly not even decoded.
+TEST(LiveFrames, TenTimesMoreThanCanBeTakenLeavesTheNewest) {
+    GreyFrames source(400, 0.002, true, 0);
     std::atomic<bool> stop{false};
     FrameCount last;
     long used = 0;
     double oldest = 0;
-    follow_live(
-        source, stop,
-        [&](const SourceFrame& frame, const FrameCount& count) {
-            oldest = std::max(oldest, to_seconds(system_now() - frame.time));
+    {
+        LiveFrames frames(
+            {{3, &source}}, stop, [](std::size_t, const std::string&) { FAIL(); }, [](std::size_t camera) { EXPECT_EQ(camera, 3U); });
+        for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
+            ASSERT_EQ(round.size(), 1U);
+            oldest = std::max(oldest, to_seconds(system_now() - round[0].frame.time));
             std::this_thread::sleep_for(std::chrono::milliseconds(20));
-            last = count;
+            last = round[0].count;
             ++used;
-        },
-        [](const std::string&) { FAIL(); });
-    EXPECT_GT(last.dropped, 100);
-    EXPECT_LE(used + last.dropped, 200);
-    EXPECT_GE(used + last.dropped, 198);
-    // A queue without an end would hand out frames that are more than a second old.
+        }
+    }
+    EXPECT_GT(last.dropped, 200);
+    EXPECT_LE(used + last.dropped, 400);
+    EXPECT_LT(source.decoded(), 200);
+    // A queue without an end would hand out frames that are more than half a second old.
     EXPECT_LT(oldest, 0.5);
 }
 
-TEST(FrameQueue, ReportsFramesThatCannotBeReadAndEndsWhenAsked) {
+/// Cameras that look at about the same time are looked at together.
+TEST(LiveFrames, FramesOfAboutTheSameMomentComeTogether) {
+    GreyFrames one(20, 0.05, true, 0), other(20, 0.05, true, 0);
+    std::atomic<bool> stop{false};
+    std::size_t together = 0, alone = 0;
+    LiveFrames frames(
+        {{0, &one}, {1, &other}}, stop, [](std::size_t, const std::string&) { FAIL(); }, [](std::size_t) {});
+    for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
+        ++(round.size() == 2 ? together : alone);
+        if (round.size() == 2) {
+            EXPECT_LE(round[0].frame.time, round[1].frame.time);
+        }
+    }
+    EXPECT_GT(together, alone);
+}
+
+TEST(LiveFrames, ReportsFramesThatCannotBeReadAndEndsWhenAsked) {
     class Broken final : public FrameSource {
     public:
-        Result<bool> next(SourceFrame&) override { return Error{"unplugged"}; }
+        Result<bool> advance(SourceFrame&) override { return Error{"unplugged"}; }
+        Result<void> decode(SourceFrame&) override { return {}; }
         bool live() const override { return true; }
         std::int64_t count() const override { return -1; }
     } source;
     std::atomic<bool> stop{false};
-    int failures = 0;
-    follow_live(
-        source, stop, [](const SourceFrame&, const FrameCount&) {},
-        [&](const std::string& message) {
+    std::atomic<int> failures = 0;
+    LiveFrames frames(
+        {{0, &source}}, stop,
+        [&](std::size_t, const std::string& message) {
             EXPECT_EQ(message, "unplugged");
             stop = ++failures == 2;
-        });
+        },
+        [](std::size_t) {});
+    EXPECT_TRUE(frames.next_round().empty());
     EXPECT_EQ(failures, 2);
 }
 
@@ -170,8 +179,7 @@ TEST(RecordedFrames, RoundsHoldDifferentCamerasOfAboutTheSameTime) {
     sources.push_back(std::make_unique<GreyFrames>(3, 0.1, false, 60'000'000));
     std::atomic<bool> stop{false};
     int ended = 0;
-    RecordedFrames frames(
-        sources, stop, [](std::size_t, const std::string&) { FAIL(); }, [&](std::size_t) { ++ended; });
+    RecordedFrames frames(sources, stop, {[](std::size_t, const std::string&) { FAIL(); }, [&](std::size_t) { ++ended; }, {}, {}});
     EXPECT_EQ(frames.total(), 9);
     std::vector<std::vector<std::size_t>> rounds;
     for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {

@@ -99,10 +99,22 @@ function showRobots(robots: RobotState[]): void {
   }
 }
 
+/** How long the stages take that a user can do something about, and how late fixes are. */
+function stagesText(stages: NonNullable<State['stages']>): string {
+  const names: [string, string][] = [
+    ['look', 'one camera looks'],
+    ['fit', 'all together'],
+    ['latency', 'from frame to fix'],
+  ];
+  const known = names.filter(([stage]) => stages[stage]);
+  return known.map(([stage, name]) => `${name} ${stages[stage][0].toFixed(0)} ms (95 %: ${stages[stage][1].toFixed(0)})`).join(', ');
+}
+
 function showState(state: State): void {
   map.setRobots(state.robots, state.time);
   map.setRanges(state.ranges ?? []);
   showRobots(state.robots);
+  element('stages').textContent = stagesText(state.stages ?? {});
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
 }
 

@@ -83,4 +83,5 @@ export interface State {
   robots: RobotState[];
   cameras: CameraState[];
   ranges: RangeCircle[];
+  stages?: Record<string, [number, number, number]>; // ms of each stage: median, 95 %, 99 %
 }

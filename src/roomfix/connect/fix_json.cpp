@@ -50,6 +50,10 @@ std::string fix_line(const Fix& fix) {
     line += "]";
     if (fix.identity < 0.9995) line += ", \"identity\": " + number_text(std::round(fix.identity * 1e3) / 1e3);
     if (fix.latency) line += ", \"latency\": " + rounded(*fix.latency);
+    if (const auto& parts = fix.latency_parts) {
+        line += ", \"latency_parts\": {\"waiting\": " + rounded(parts->waiting) + ", \"looking\": " + rounded(parts->looking) +
+                ", \"fitting\": " + rounded(parts->fitting) + ", \"tracking\": " + rounded(parts->tracking) + "}";
+    }
     if (!fix.nis.empty()) {
         line += ", \"nis\": {";
         for (std::size_t i = 0; i < fix.nis.size(); ++i) {

@@ -26,17 +26,16 @@ class FolderSource : public FrameSource {
 public:
     explicit FolderSource(std::vector<fs::path> files) : files_(std::move(files)) {}
 
-    Result<bool> next(SourceFrame& frame) override {
+    Result<bool> advance(SourceFrame& frame) override {
         if (next_ == files_.size()) return false;
         const fs::path& file = files_[next_];
         const auto stamp = parse_integer(file.stem().string());
         frame.time = stamp ? *stamp : from_seconds(0.1 * static_cast<double>(next_));
         frame.name = file.filename().string();
         ++next_;
-        const auto loaded = load_picture(file, frame.image, frame.colour, buffer_);
-        if (!loaded) return loaded.error();
         return true;
     }
+    Result<void> decode(SourceFrame& frame) override { return load_picture(files_[next_ - 1], frame.image, frame.colour, buffer_); }
     bool live() const override { return false; }
     std::int64_t count() const override { return static_cast<std::int64_t>(files_.size()); }
 
@@ -54,19 +53,25 @@ public:
         if (!live) count_ = std::llround(std::clamp(capture_.get(cv::CAP_PROP_FRAME_COUNT), 0.0, 1e9));
     }
 
-    Result<bool> next(SourceFrame& frame) override {
+    Result<bool> advance(SourceFrame& frame) override {
         try {
-            if (!capture_.read(picture_) || picture_.empty()) return false;
+            if (!capture_.grab()) return false;
         } catch (const cv::Exception& problem) {
             return Error{fmt::format("the video cannot be read on: {}", problem.err)};
         }
         frame.time = live_ ? system_now() : from_seconds(interval_ * static_cast<double>(number_));
         frame.name = std::to_string(++number_);
+        return true;
+    }
+    Result<void> decode(SourceFrame& frame) override {
+        try {
+            if (!capture_.retrieve(picture_) || picture_.empty()) return Error{fmt::format("frame {} of the video cannot be decoded", frame.name)};
+        } catch (const cv::Exception& problem) {
+            return Error{fmt::format("frame {} of the video cannot be decoded: {}", frame.name, problem.err)};
+        }
         const auto converted = luma_from_mat(picture_, frame.image);
         if (!converted) return converted.error();
-        const auto coloured = colour_from_mat(picture_, frame.colour);
-        if (!coloured) return coloured.error();
-        return true;
+        return colour_from_mat(picture_, frame.colour);
     }
     bool live() const override { return live_; }
     std::int64_t count() const override { return live_ ? -1 : count_; }
@@ -97,6 +102,13 @@ Result<std::unique_ptr<FrameSource>> open_folder(const fs::path& folder) {
 }
 
 }  // namespace
+
+Result<bool> FrameSource::next(SourceFrame& frame) {
+    const auto more = advance(frame);
+    if (!more || !*more) return more;
+    if (const auto decoded = decode(frame); !decoded) return decoded.error();
+    return true;
+}
 
 Result<std::unique_ptr<FrameSource>> open_source(const std::string& source) {
     const bool address = source.find("://") != std::string::npos;

@@ -23,8 +23,13 @@ struct SourceFrame {
 class FrameSource {
 public:
     virtual ~FrameSource() = default;
-    /// True with the next frame, false at the end, an error if a frame cannot be read (the next call goes on behind it).
-    virtual Result<bool> next(SourceFrame& frame) = 0;
+    /// True with the next frame's time and name, but without its picture; false at the end, an error if nothing can be read (the next call goes on
+    /// behind it).
+    virtual Result<bool> advance(SourceFrame& frame) = 0;
+    /// The picture of the frame that `advance` came to. An error if it cannot be read.
+    virtual Result<void> decode(SourceFrame& frame) = 0;
+    /// Both.
+    Result<bool> next(SourceFrame& frame);
     /// True if frames come when they come; false if they wait to be fetched.
     virtual bool live() const = 0;
     /// Frames that will come, or -1 if nobody knows.

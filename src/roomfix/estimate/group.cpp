@@ -102,15 +102,46 @@ std::vector<Group> groups_of(const std::vector<SiteRobot>& robots) {
     std::vector<Group> groups;
     for (std::size_t i = 0; i < robots.size(); ++i) {
         const auto alike_group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
-            return !g.many && !robots[i].many && look_alike(robots[static_cast<std::size_t>(g.robots.front())], robots[i]);
+            return !g.many && !robots[i].many && hard_to_tell(robots[static_cast<std::size_t>(g.robots.front())], robots[i]);
         });
-        if (alike_group != groups.end()) {
-            alike_group->robots.push_back(static_cast<int>(i));
-        } else {
-            groups.push_back({{static_cast<int>(i)}, robots[i].many});
+        if (alike_group == groups.end()) {
+            groups.push_back({{static_cast<int>(i)}, robots[i].many, {0}});
+            continue;
         }
+        std::size_t kind = 0;
+        for (std::size_t r = 0; r < alike_group->robots.size(); ++r) {
+            const bool alike = look_alike(robots[static_cast<std::size_t>(alike_group->robots[r])], robots[i]);
+            kind = alike ? alike_group->kinds[r] : std::max(kind, alike_group->kinds[r] + 1);
+            if (alike) break;
+        }
+        alike_group->robots.push_back(static_cast<int>(i));
+        alike_group->kinds.push_back(std::min(kind, Track().as_kind.size() - 1));
     }
     return groups;
+}
+
+std::size_t Group::kind_of(int robot) const {
+    const auto at = std::find(robots.begin(), robots.end(), robot);
+    return at == robots.end() ? 0 : kinds[static_cast<std::size_t>(at - robots.begin())];
+}
+
+void temper(GroupState& state, const std::vector<double>& before, Nanoseconds time, const TrackerSettings& settings) {
+    constexpr double stock = 1;  // s worth of it that nothing has used
+    const double passed = std::max(to_seconds(time - state.told), 0.0);
+    state.conviction = std::min(state.conviction + settings.conviction * std::min(passed, stock), settings.conviction * stock);
+    state.told = std::max(state.told, time);
+    double least = 1e300, most = -1e300;
+    for (std::size_t s = 0; s < before.size(); ++s) {
+        const double more = state.accounts[s].log_weight - before[s];
+        least = std::min(least, more);
+        most = std::max(most, more);
+    }
+    if (!(most > least)) return;
+    const double part = std::min(1.0, state.conviction / (most - least));
+    for (std::size_t s = 0; s < before.size(); ++s) {
+        state.accounts[s].log_weight = before[s] + most + part * (state.accounts[s].log_weight - before[s] - most);
+    }
+    state.conviction -= part * (most - least);
 }
 
 GroupState start_state(const Group& group) {
@@ -145,16 +176,19 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
         take_frame(state, *frame, event, group, models);
         return;
     }
-    double most = -1e300;
+    std::vector<double> before;
     for (Account& account : state.accounts) {
+        before.push_back(account.log_weight);
         account.log_weight += take(track_of(account, robot_of(event), group), event, models);
         std::erase_if(account.tracks, [&](const Track& t) { return !t.alive() && !group.alone(); });
-        most = std::max(most, account.log_weight);
     }
     if (state.accounts.size() == 1) {
         state.accounts[0].log_weight = 0;
         return;
     }
+    temper(state, before, event.time, models.settings);
+    double most = -1e300;
+    for (const Account& account : state.accounts) most = std::max(most, account.log_weight);
     for (Account& account : state.accounts) account.log_weight -= most;
     put_in_order(state);
 }
@@ -186,8 +220,10 @@ std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds ti
         if (!track.alive() || (!track.named && free.empty())) continue;
         const Fix fix = fix_of(track, time, models);
         if (fix.status == FixStatus::none) continue;
-        expected.push_back({track.named ? track.robot : free.back(), fix.pose, fix.yaw_known, fix.covariance});
-        if (!track.named) free.pop_back();
+        const auto likeliest =
+            std::max_element(free.begin(), free.end(), [&](int a, int b) { return track.as_kind[group.kind_of(a)] < track.as_kind[group.kind_of(b)]; });
+        expected.push_back({track.named ? track.robot : *likeliest, fix.pose, fix.yaw_known, fix.covariance});
+        if (!track.named) free.erase(likeliest);
     }
     return expected;
 }

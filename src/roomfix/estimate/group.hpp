@@ -8,15 +8,19 @@
 
 namespace roomfix {
 
-/// One robot that looks like no other, several that look alike, or any number of one kind.
+/// One robot that looks like no other, several that look alike or nearly so, or any number of one kind.
 struct Group {
     std::vector<int> robots;  // indices in the site's robots
     bool many = false;
+    std::vector<std::size_t> kinds{};  // of each of `robots`: those of one kind look alike
+
+    /// Kind of one of the robots.
+    std::size_t kind_of(int robot) const;
 
     bool alone() const { return robots.size() == 1 && !many; }
 };
 
-/// The robots of a site, in groups of look-alikes.
+/// The robots of a site, in groups of those that pictures may take for each other.
 std::vector<Group> groups_of(const std::vector<SiteRobot>& robots);
 
 /// One account of who is who.
@@ -31,7 +35,12 @@ struct Account {
 struct GroupState {
     std::vector<Account> accounts = {Account{}};
     int numbers_given = 0;
+    double conviction = 0;  // nats that evidence may still turn the balance between accounts ...
+    Nanoseconds told = 0;   // ... at this time
 };
+
+/// Evidence since the accounts had these weights turns their balance only so far: what is wrong in one frame is so in the next, too.
+void temper(GroupState& state, const std::vector<double>& before, Nanoseconds time, const TrackerSettings& settings);
 
 GroupState start_state(const Group& group);
 

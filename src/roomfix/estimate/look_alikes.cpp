@@ -11,7 +11,7 @@
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_accounts = 12;
+constexpr std::size_t most_accounts = 32;
 constexpr double no_robot = 0.1;  // share of new tracks that are none of the group
 constexpr double ask_again = 1;   // s until a track that got no name may get one
 constexpr double same = 0.5;      // squared distance of poses below which two accounts of a robot are one
@@ -40,8 +40,29 @@ double vagueness(const Track& track, const PoseObservation& observation) {
     return std::clamp(std::log(spread.determinant() / (16 * seen.determinant())), 0.0, most_vague);
 }
 
+constexpr double kind_sightings = 5;  // so many sightings tell what kind of robot it is as well as any number of them
+
+/// Twice the nats against a sighting of one kind being a robot of another.
+double kind_cost(const Track& track, const PoseObservation& observation, const Group& group) {
+    if (!track.named || group.kind_of(track.robot) == group.kind_of(observation.robot)) return 0;
+    return 2 * kind_sightings * observation.tells_kind;
+}
+
+/// Remembers as what kind of robot a track was seen. Nats for the name it has.
+double note_kind(Track& track, const PoseObservation& observation, const Group& group) {
+    double evidence = 0;
+    for (std::size_t kind = 0; kind < track.as_kind.size(); ++kind) {
+        const double before = track.as_kind[kind];
+        const double limit = std::max(kind_sightings * observation.tells_kind, std::abs(before));
+        const double step = kind == group.kind_of(observation.robot) ? observation.tells_kind : -observation.tells_kind;
+        track.as_kind[kind] = std::clamp(before + step, -limit, limit);
+        if (track.named && kind == group.kind_of(track.robot)) evidence = track.as_kind[kind] - before;
+    }
+    return evidence;
+}
+
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
-std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSighting& frame, const TrackingModels& models) {
+std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSighting& frame, const Group& group, const TrackingModels& models) {
     std::vector<PossiblePair> pairs;
     std::vector<int> order(frame.robots.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
@@ -60,7 +81,8 @@ std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSigh
             const double d = distance(track, frame.robots[static_cast<std::size_t>(*i)], models);
             if (d >= models.settings.like_gate) continue;
             const bool many = models.site.robots[static_cast<std::size_t>(track.robot)].many;
-            pairs.push_back({static_cast<int>(t), *i, d + (many ? 0 : vagueness(track, frame.robots[static_cast<std::size_t>(*i)]))});
+            const PoseObservation& seen = frame.robots[static_cast<std::size_t>(*i)];
+            pairs.push_back({static_cast<int>(t), *i, d + (many ? 0 : vagueness(track, seen) + kind_cost(track, seen, group))});
         }
     }
     return pairs;
@@ -75,7 +97,8 @@ double cost_of(const std::vector<PossiblePair>& pairs, int row, int column, doub
 
 void start_track(Account& account, const PoseObservation& observation, const Event& event, const Group& group, const TrackingModels& models) {
     Track track;
-    track.robot = group.robots.front();
+    track.robot = group.many ? group.robots.front() : observation.robot;
+    note_kind(track, observation, group);
     start(track, places_of(observation), event.time, models);
     health_of(track, event.source).seen = event.time;
     account.tracks.push_back(track);
@@ -93,7 +116,9 @@ double take_assigned(Account& account, const std::vector<int>& column_of, const 
         if (watched) track.presence += 0.15 * ((column_of[t] >= 0 ? 1 : 0) - track.presence);
         if (column_of[t] < 0) continue;
         used[static_cast<std::size_t>(column_of[t])] = 1;
-        evidence += take_pose(track, frame.robots[static_cast<std::size_t>(column_of[t])], event.source, models, group.many);
+        const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
+        evidence += take_pose(track, seen, event.source, models, group.many);
+        if (!group.many) evidence += note_kind(track, seen, group);
     }
     // What belongs to no track may be anything anywhere.
     const double stray = std::log(models.settings.outliers) - std::log(models.settings.area * 2 * std::numbers::pi);
@@ -147,28 +172,27 @@ struct FreeName {
     int alike = 1;
 };
 
-std::vector<FreeName> free_names(const std::vector<int>& free, const TrackingModels& models) {
+std::vector<FreeName> free_names(const std::vector<int>& free, const Group& group, const TrackingModels& models) {
     std::vector<FreeName> names;
-    std::optional<std::size_t> unmarked;
     for (const int robot : free) {
-        if (models.has_mark(robot)) {
+        const auto alike = std::find_if(names.begin(), names.end(), [&](const FreeName& n) {
+            return !models.has_mark(robot) && !models.has_mark(n.robot) && group.kind_of(n.robot) == group.kind_of(robot);
+        });
+        if (alike == names.end()) {
             names.push_back({robot});
-        } else if (unmarked) {
-            ++names[*unmarked].alike;
         } else {
-            unmarked = names.size();
-            names.push_back({robot});
+            ++alike->alike;
         }
     }
     return names;
 }
 
 /// The account with a name given to one of its tracks; a lost track of that name ends.
-Account with_name(Account account, std::size_t index, const FreeName& name, std::size_t free) {
+Account with_name(Account account, std::size_t index, const FreeName& name, std::size_t free, const Group& group) {
     account.tracks[index].named = true;
     account.tracks[index].robot = name.robot;
     account.tracks[index].named_by_chance = 1.0 / name.alike;
-    account.log_weight += std::log((1 - no_robot) * name.alike / static_cast<double>(free));
+    account.log_weight += std::log((1 - no_robot) * name.alike / static_cast<double>(free)) + account.tracks[index].as_kind[group.kind_of(name.robot)];
     std::size_t i = 0;
     std::erase_if(account.tracks, [&](const Track& t) { return i++ != index && t.named && t.robot == name.robot; });
     return account;
@@ -182,15 +206,15 @@ bool give_name(GroupState& state, std::size_t s, Nanoseconds time, const Group& 
         if (track.named || track.sightings < models.settings.confirmations || to_seconds(time - track.declined) < ask_again) continue;
         const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
         if (free.empty()) continue;
-        const std::vector<FreeName> names = free_names(free, models);
+        const std::vector<FreeName> names = free_names(free, group, models);
         Account unnamed = state.accounts[s];
         unnamed.tracks[t].declined = time;
         unnamed.log_weight += std::log(no_robot);
         for (std::size_t f = 1; f < names.size() && state.accounts.size() < most_accounts; ++f) {
-            state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size()));
+            state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size(), group));
         }
         if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
-        state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size());
+        state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size(), group);
         return true;
     }
     return false;
@@ -261,22 +285,27 @@ std::vector<std::vector<int>> close_exchanges(const Account& account, const std:
 void take_frame(GroupState& state, const GroupSighting& frame, const Event& event, const Group& group, const TrackingModels& models) {
     const std::size_t old_accounts = state.accounts.size();
     std::vector<Account> exchanged;
+    std::vector<double> before, before_exchanged;
     for (std::size_t s = 0; s < old_accounts; ++s) {
         Account& account = state.accounts[s];
         drop_lost(account, event.time, models);
-        const auto pairs = possible_pairs(account, frame, models);
+        const auto pairs = possible_pairs(account, frame, group, models);
         const double alone = models.settings.like_gate + (group.many ? 0 : most_vague);
         const std::vector<int> column_of = assign(static_cast<int>(account.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
         if (!group.many) {
             for (const auto& other : close_exchanges(account, column_of, pairs, alone)) {
                 Account alternative = account;
+                before_exchanged.push_back(account.log_weight);
                 alternative.log_weight += take_assigned(alternative, other, frame, event, group, models);
                 exchanged.push_back(std::move(alternative));
             }
         }
+        before.push_back(account.log_weight);
         account.log_weight += take_assigned(account, column_of, frame, event, group, models);
     }
     for (Account& account : exchanged) state.accounts.push_back(std::move(account));
+    before.insert(before.end(), before_exchanged.begin(), before_exchanged.end());
+    temper(state, before, event.time, models.settings);
     if (group.many) {
         drop_doubles(state.accounts[0], models);
         for (Track& track : state.accounts[0].tracks) {

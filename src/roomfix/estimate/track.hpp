@@ -38,10 +38,11 @@ struct Track {
     Nanoseconds born = 0;
     Nanoseconds seen = 0;  // last observation that was believed
     int sightings = 0;
-    Nanoseconds declined = never;  // when it last got no name
-    double named_by_chance = 1;    // probability of its name where it was given to one of several that nothing will ever tell apart
-    double presence = 1;           // part of the last frames of its cameras that showed it
-    double budget = most_budget;   // nats, how far evidence may still turn the balance between hypotheses
+    Nanoseconds declined = never;     // when it last got no name
+    double named_by_chance = 1;       // probability of its name where it was given to one of several that nothing will ever tell apart
+    std::array<double, 4> as_kind{};  // nats by which it was seen as each of the group's kinds
+    double presence = 1;              // part of the last frames of its cameras that showed it
+    double budget = most_budget;      // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
 
     bool alive() const { return !belief.hypotheses.empty(); }

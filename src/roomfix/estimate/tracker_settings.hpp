@@ -21,7 +21,7 @@ struct TrackerSettings {
     double outliers = 0.01;    // share of observations that are wrong altogether
     double gate = 9;           // squared Mahalanobis distance, beyond twice the mean of a right one, at which right and wrong are equally likely
     double area = 100;         // m^2: over it wrong poses are spread
-    double conviction = 10;    // nats per second: how fast evidence may turn the balance between hypotheses
+    double conviction = 10;    // nats per second: how fast evidence may turn the balance between hypotheses, and who is who
     double kidnapping = 1e-3;  // weight of a new place that contradicts the old
     double backwards = 5;      // nats per metre: how unlikely robots drive backwards where their front is unknown
 

@@ -9,16 +9,11 @@ double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vec
     return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-}  // namespace
+bool before(const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y(); }
 
-int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull) {
+/// Of points in this order.
+int hull_in_order(std::span<const Eigen::Vector2d> points, std::span<const int> order, std::span<int> hull) {
     const int count = static_cast<int>(points.size());
-    for (int i = 0; i < count; ++i) order[static_cast<std::size_t>(i)] = i;
-    std::sort(order.begin(), order.begin() + count, [&](int a, int b) {
-        const auto& p = points[static_cast<std::size_t>(a)];
-        const auto& q = points[static_cast<std::size_t>(b)];
-        return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y();
-    });
     if (count < 3) {
         std::copy_n(order.begin(), count, hull.begin());
         return count;
@@ -33,6 +28,26 @@ int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, s
     const int upper = size + 1;
     for (int i = count - 2; i >= 0; --i) push(order[static_cast<std::size_t>(i)], upper);
     return size - 1;
+}
+
+}  // namespace
+
+int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull) {
+    const int count = static_cast<int>(points.size());
+    for (int i = 0; i < count; ++i) order[static_cast<std::size_t>(i)] = i;
+    std::sort(order.begin(), order.begin() + count,
+              [&](int a, int b) { return before(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)]); });
+    return hull_in_order(points, order, hull);
+}
+
+int convex_hull_again(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull) {
+    for (std::size_t i = 1; i < points.size(); ++i) {
+        const int moving = order[i];
+        std::size_t to = i;
+        for (; to > 0 && before(points[static_cast<std::size_t>(moving)], points[static_cast<std::size_t>(order[to - 1])]); --to) order[to] = order[to - 1];
+        order[to] = moving;
+    }
+    return hull_in_order(points, order, hull);
 }
 
 std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points) {

@@ -13,6 +13,9 @@ namespace roomfix {
 /// Source: Andrew's monotone chain, 1979.
 int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull);
 
+/// The same where `order` comes from an earlier call for nearly the same points: it is sorted anew by insertion, which is fast then.
+int convex_hull_again(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull);
+
 /// The corners of the hull themselves, in the same order.
 std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points);
 

@@ -1,33 +1,10 @@
 // How likely it is, pixel by pixel, that a frame shows something that is not the background in another light.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
-#include "roomfix/imaging/colour_image.hpp"
-
 namespace roomfix {
-
-struct EvidenceSettings {
-    float dark = 6;                 // grey levels added before the logarithm: read noise and black level of common cameras
-    float least_noise = 0.04f;      // of a log colour: compression and rounding at middle grey
-    float shift = 0.5f;             // px that the picture may have moved against the background (wind, a touched mount): noise where it has edges
-    float share_lit = 0.08f;        // of pixels lie in a shadow or in a patch of light that the background has not
-    float share_other = 0.10f;      // of pixels show something else
-    float darkest = -1.3f;          // log of what a shadow leaves of the light
-    float brightest = 0.8f;         // log of what the sun adds to it
-    float light_spread = 0.2f;      // softness of these two ends
-    float light_colour = 0.07f;     // by which shadow and sun shift a log colour against their mean: sky and lamps differ
-    float other_range = 2;          // over which log colours of other things are spread evenly, each channel
-    float even_things = 0.5f;       // part of other things' pixels that lie in surfaces as even as a shadow
-    float perhaps = 0.25f;          // part of what may as well be a shadow that counts as something else until a robot explains it
-    float structure_weight = 0.2f;  // of a neighbouring pixel's word on whether the background's structure goes on: their noise is not independent
-    float pixel_structure = 4;      // nats: the most that one pixel tells of it ...
-    float most_structure = 6;       // ... and a neighbourhood
-    float static_limit = 0.35f;     // log light by which a pixel may be off its block's at first, to count as unchanged
-    float static_close = 0.15f;     // the same once the block's light is known roughly
-};
 
 /// Of one frame. A pixel speaks for something else, for the background, or, where it may as well be the background in another light, not at
 /// all.
@@ -38,6 +15,18 @@ struct Evidence {
         float plain = 0;  // that they show the background in its own light
     };
 
+    /// begin <= y < end.
+    struct Rows {
+        int begin = 0;
+        int end = 0;
+    };
+    struct Pixel {
+        int index = 0;
+        Sums sums;
+        float perhaps = 0;
+    };
+    static constexpr int cell = 4;  // px, edge of the squares that boxes are counted in
+
     int width = 0;
     int height = 0;
     int scale = 1;               // pixels of the frame per pixel here
@@ -45,7 +34,7 @@ struct Evidence {
     std::vector<float> perhaps;  // part of a pixel's `other` that may as well be a shadow ...
     bool perhaps_counts = true;  // ... false: that comes on top of it
     std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
-    std::vector<Sums> box_sums;  // (width + 1) x (height + 1): of all pixels above and to the left
+    std::vector<Sums> box_sums;  // (cells across + 1) x (cells down + 1): of all cells above and to the left
     double clutter = 0;          // part of what the picture tells that is something else
 
     // Only where they are asked for: what learned looks of robots are compared with.
@@ -61,97 +50,31 @@ struct Evidence {
         const Sums* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
         return {row[end].other - row[begin].other, row[end].plain - row[begin].plain};
     }
-    /// Over left <= x < right, top <= y < bottom.
+    /// Over all cells that left <= x < right, top <= y < bottom touches.
     Sums box(int left, int top, int right, int bottom) const {
-        const auto at = [&](int x, int y) { return box_sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) + static_cast<std::size_t>(x)]; };
-        const Sums a = at(right, bottom), b = at(left, bottom), c = at(right, top), d = at(left, top);
+        const auto at = [&](int x, int y) {
+            return box_sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(cells(width) + 1) + static_cast<std::size_t>(x)];
+        };
+        const int low_x = left / cell, low_y = top / cell, high_x = cells(right), high_y = cells(bottom);
+        const Sums a = at(high_x, high_y), b = at(low_x, high_y), c = at(high_x, low_y), d = at(low_x, low_y);
         return {a.other - b.other - c.other + d.other, a.plain - b.plain - c.plain + d.plain};
     }
-    /// Something stands on these pixels: what may be a shadow and hangs together with them is its shadow, and counts for nothing else. `pixels`
-    /// is used up. The sums have to be filled anew, from the row on that is returned.
-    int explain_shadows(std::vector<int>& from);
+    /// Something stands on these pixels: they say nothing any more, and what may be a shadow and hangs together with them is its shadow. `from` is used
+    /// up. `before`, if it is not null, gets what has changed.
+    void take_away(std::vector<int>& from, std::vector<Pixel>* before = nullptr);
+    /// Undoes it.
+    void put_back(const std::vector<Pixel>& before);
     /// From now on what may as well be a shadow counts as something else, too. The sums have to be filled anew.
     void count_perhaps();
-    /// Fills the sums from `pixels`; those above `first_row` are right already.
-    void sum_up(int first_row = 0);
-};
+    /// Fills the sums from `pixels`, of which only some rows have changed.
+    void sum_up(const Rows& changed);
+    /// Fills all sums.
+    void sum_up() { sum_up({0, height}); }
 
-/// Log colours of the empty scene, and how much they vary. What only changes the light, all over or smoothly from place to place and channel
-/// by channel (exposure, white balance, lamps), is solved for within each frame; shadows and patches of light keep the background's
-/// structure and nearly its colour. Robots are what does neither.
-class ColourBackground {
-public:
-    ColourBackground() = default;
-    explicit ColourBackground(const EvidenceSettings& settings) : settings_(settings) {}
-
-    bool empty() const { return mean_.empty(); }
-    int width() const { return width_; }
-    int height() const { return height_; }
-    int channels() const { return channels_; }
-    int scale() const { return scale_; }
-
-    /// Per-pixel median of the frames in one light; robots may stand in some of them, as long as each place is free in most. All frames must
-    /// be of one size; with a grey one among them, all count as grey.
-    void learn(std::vector<ColourImage> frames);
-    /// Of a frame of the background's size; a grey frame is compared in grey, and so is any with a grey background. False if the size is another.
-    bool compare(const ColourImage& frame, Evidence& evidence);
-    /// After compare(): what surely is background moves it by `part` of the difference.
-    void refresh(const Evidence& evidence, float part);
+    static int cells(int length) { return (length + cell - 1) / cell; }
 
 private:
-    std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
-    void set_grey();
-    void to_log(const ColourImage& frame, std::vector<float>& log) const;
-    void couple_blocks(int across, int down, const std::array<float, 3>& all);
-    void solve_light(std::vector<float>& difference);
-    void learn_noise(const std::vector<std::vector<float>>& frames);
-    void add_shift_noise();
-    float unevenness(const std::vector<float>& levels, const std::vector<float>& means, int x, int y) const;
-    float roughness(std::size_t i) const;
-    void compare_structure();
-    void judge_pixels(Evidence& evidence);
-    void keep_colours(Evidence& evidence) const;
-
-    EvidenceSettings settings_;
-    int width_ = 0;
-    int height_ = 0;
-    int channels_ = 3;
-    int scale_ = 1;
-    std::vector<float> mean_;   // log colours
-    std::vector<float> noise_;  // standard deviation of a channel's log colour, per pixel
-
-    // Working memory, kept between frames.
-    ColourImage grey_;
-    std::vector<float> difference_;        // log colours of the frame in the background's light, less the background's
-    std::vector<float> level_;             // mean of the channels' differences
-    std::vector<float> around_;            // the same over a window
-    std::vector<float> seen_;              // mean of the channels' log colours in the background's light
-    std::vector<float> around_seen_;       // the same over a window
-    std::vector<float> squares_;           // of the differences over their noise, all channels
-    std::vector<float> uneven_;            // how far the difference is off its surroundings'
-    std::vector<float> even_;              // the same of the frame itself
-    std::vector<float> structure_;         // nats for the background's structure, against a thing as even as a shadow
-    std::vector<float> around_structure_;  // the same over a window
-    std::vector<float> column_;
-    std::vector<float> sorted_;
-    std::vector<float> blocks_;
-    std::vector<float> weights_;
-    std::vector<float> smooth_;
-};
-
-/// Keeps some of the frames that it is shown, evenly spread, for a background to be learned from.
-class ColourFrames {
-public:
-    explicit ColourFrames(std::size_t most = 24) : most_(most) {}
-
-    void add(const ColourImage& frame);
-    const std::vector<ColourImage>& frames() const { return frames_; }
-
-private:
-    std::size_t most_;
-    std::size_t offered_ = 0;
-    std::size_t step_ = 1;
-    std::vector<ColourImage> frames_;
+    std::vector<Sums> cell_sums_;  // cells across x cells down
 };
 
 }  // namespace roomfix

@@ -21,6 +21,14 @@ struct InnovationSquare {
     int dimensions = 0;
 };
 
+/// Where the time from a frame to its fix went, s.
+struct LatencyParts {
+    double waiting = 0;   // until the frame was looked at: exposure, transfer, decoding, queues
+    double looking = 0;   // one camera's own look
+    double fitting = 0;   // bodies, in all cameras of the moment together
+    double tracking = 0;  // all else until the fix was given
+};
+
 struct Fix {
     Nanoseconds time = 0;
     std::string robot;     // empty if none was found
@@ -36,6 +44,7 @@ struct Fix {
     std::vector<InnovationSquare> nis;                 // of the observations of that very time
     double identity = 1;                               // probability that it is this robot and not one that looks the same
     std::optional<double> latency;                     // s of the clock, from the frame's time until the fix was given
+    std::optional<LatencyParts> latency_parts;         // that make it up, where a frame was looked at
     std::optional<Eigen::Isometry3d> map_from_camera;  // of a fix that is a camera's whole pose
 };
 

@@ -45,11 +45,6 @@ ConvexPart core_of(const ConvexPart& part) {
     return core;
 }
 
-/// Adds the rows of a convex polygon (px of the small picture).
-void fill(std::span<const Eigen::Vector2d> polygon, int width, int height, int row_step, std::vector<Span>& spans) {
-    for_polygon_rows(polygon, width, height, row_step, [&](int y, int begin, int end) { spans.push_back({y, begin, end}); });
-}
-
 /// Joins spans of the same row that touch.
 void merge(std::vector<Span>& spans) {
     std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.y != b.y ? a.y < b.y : a.begin < b.begin; });
@@ -104,16 +99,45 @@ Body body_of(const SiteRobot& robot) {
     return body;
 }
 
+void BodyMask::begin(int picture_width, int picture_height, int step) {
+    width = picture_width;
+    height = picture_height;
+    row_step = step;
+    spans.clear();
+    area = whole = 0;
+    valid = false;
+    polygons = 0;
+    low = Eigen::Vector2d::Constant(1e9);
+    high = -low;
+}
+
+void BodyMask::add(std::span<const Eigen::Vector2d> polygon) {
+    for (const Eigen::Vector2d& p : polygon) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    whole += polygon_area(polygon);
+    ++polygons;
+    for_polygon_rows(polygon, width, height, row_step, [&](int y, int begin, int end) { spans.push_back({y, begin, end}); });
+}
+
+void BodyMask::finish() {
+    if (polygons > 1) merge(spans);
+    for (const Span& span : spans) area += (span.end - span.begin) * row_step;
+    whole = std::max(whole, area);
+    left = std::clamp(static_cast<int>(std::floor(std::clamp(low.x(), -1.0, 1e5))), 0, width);
+    top = std::clamp(static_cast<int>(std::floor(std::clamp(low.y(), -1.0, 1e5))), 0, height);
+    right = std::clamp(static_cast<int>(std::ceil(std::clamp(high.x(), -1.0, 1e5))) + 1, left, width);
+    bottom = std::clamp(static_cast<int>(std::ceil(std::clamp(high.y(), -1.0, 1e5))) + 1, top, height);
+    valid = true;
+}
+
 void cover(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask) {
-    mask.spans.clear();
-    mask.area = mask.whole = 0;
-    mask.valid = false;
+    mask.begin(width, height, row_step);
     const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();
     const Eigen::Vector3d position = view.position();
     const double c = std::cos(pose.yaw);
     const double s = std::sin(pose.yaw);
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
-    Eigen::Vector2d high = -low;
     std::vector<Eigen::Vector2d>& pixels = mask.pixels;
     for (const ConvexPart& part : parts) {
         pixels.clear();
@@ -129,22 +153,9 @@ void cover(const View& view, const std::vector<ConvexPart>& parts, const Pose2& 
         if (corners < 3) continue;
         const std::size_t points = pixels.size();
         for (int i = 0; i < corners; ++i) pixels.push_back(pixels[static_cast<std::size_t>(mask.hull[static_cast<std::size_t>(i)])]);
-        const std::span<const Eigen::Vector2d> polygon(pixels.data() + points, static_cast<std::size_t>(corners));
-        for (const Eigen::Vector2d& p : polygon) {
-            low = low.cwiseMin(p);
-            high = high.cwiseMax(p);
-        }
-        mask.whole += polygon_area(polygon);
-        fill(polygon, width, height, row_step, mask.spans);
+        mask.add({pixels.data() + points, static_cast<std::size_t>(corners)});
     }
-    if (parts.size() > 1) merge(mask.spans);
-    for (const Span& span : mask.spans) mask.area += (span.end - span.begin) * row_step;
-    mask.whole = std::max(mask.whole, mask.area);
-    mask.left = std::clamp(static_cast<int>(std::floor(std::clamp(low.x(), -1.0, 1e5))), 0, width);
-    mask.top = std::clamp(static_cast<int>(std::floor(std::clamp(low.y(), -1.0, 1e5))), 0, height);
-    mask.right = std::clamp(static_cast<int>(std::ceil(std::clamp(high.x(), -1.0, 1e5))) + 1, mask.left, width);
-    mask.bottom = std::clamp(static_cast<int>(std::ceil(std::clamp(high.y(), -1.0, 1e5))) + 1, mask.top, height);
-    mask.valid = true;
+    mask.finish();
 }
 
 std::vector<Eigen::Vector2d> outline_of(const View& view, const Body& body, const Pose2& pose) {

@@ -48,7 +48,17 @@ struct BodyMask {
     int left = 0, top = 0, right = 0, bottom = 0;  // box around it in the picture, right and bottom exclusive
     bool valid = false;                            // false: some of it is behind the camera or outside the lens model
 
+    /// Covers nothing, in a picture of this size.
+    void begin(int width, int height, int row_step);
+    /// Adds a convex polygon, px of the small picture.
+    void add(std::span<const Eigen::Vector2d> polygon);
+    /// After the last one.
+    void finish();
+
     // Working memory.
+    int width = 0, height = 0, row_step = 1;
+    int polygons = 0;
+    Eigen::Vector2d low, high;
     std::vector<Eigen::Vector2d> pixels;
     std::vector<int> order, hull;
 };

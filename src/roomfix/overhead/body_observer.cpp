@@ -51,18 +51,20 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     }
     begin_moment(cameras);
     look_for_things(expected);
+    std::vector<char> searched(kinds(), 0);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
         look_where_expected(kind);
-        // Now and then everywhere, lest a robot be followed that is another thing.
-        const bool turn = expected.search && (searches_ + static_cast<long>(kind)) % settings_.search_expected == 0;
-        if (turn && !candidates_[kind].empty()) search_everywhere(kind);
+        // Who is missing may stand where another one is expected. Now and then all are looked for everywhere, lest one be followed that is another thing.
+        const bool turn = !candidates_[kind].empty() && (searches_ + static_cast<long>(kind)) % settings_.search_expected == 0;
+        searched[kind] = expected.search && (turn || is_missing(kind));
+        if (searched[kind]) search_everywhere(kind);
     }
-    while (settle_next(true)) {
+    searches_ += expected.search;
+    while (settle_next(!expected.search)) {
     }
-    searches_ += expected.search ? 1 : 0;
     for (std::size_t kind = 0; kind < kinds() && expected.search; ++kind) {
-        if (is_open(kind)) search_everywhere(kind);
+        if (is_open(kind) && !searched[kind]) search_everywhere(kind);
     }
     while (settle_next(false)) {
     }
@@ -122,32 +124,23 @@ void BodyObserver::look_for_things(const Expectation& expected) {
     }
 }
 
-/// What is left of the moment behind a body.
-std::vector<Evidence> BodyObserver::left_behind(const Body& body, const Pose2& pose) {
-    std::vector<Evidence> rest = left_;
-    rest.swap(left_);
-    take_away(pose, body);
-    rest.swap(left_);
-    return rest;
-}
-
 /// The most that a thing explains of what is left.
-double BodyObserver::most_of_things(std::span<const SeenBy> rest) {
+double BodyObserver::most_of_things() {
     double most = 0;
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
-        for (const BodyCandidate& candidate : candidates_[kind]) most = std::max(most, search_.score(rest, bodies_[kind], candidate.pose));
+        for (const BodyCandidate& candidate : candidates_[kind]) most = std::max(most, search_.score(moment_, bodies_[kind], candidate.pose));
     }
     return most;
 }
 
 /// The most that a robot explains of what is left, and how likely it is to stand there.
-double BodyObserver::most_of_robot(std::span<const SeenBy> rest, int robot, double trust) {
+double BodyObserver::most_of_robot(int robot, double trust) {
     double most = 0;
     for (const BodyCandidate& candidate : candidates_[kind(robot)]) {
-        most = std::max(most, trust * search_.score(rest, body(robot), candidate.pose) + prior_of(robot, candidate.pose));
+        most = std::max(most, trust * search_.score(moment_, body(robot), candidate.pose) + prior_of(robot, candidate.pose));
     }
     if (const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)]) {
-        const BodyCandidate near = search_.near(rest, body(robot), expected->pose, expected->covariance);
+        const BodyCandidate near = search_.near(moment_, body(robot), expected->pose, expected->covariance);
         most = std::max(most, trust * near.score + prior_of(robot, near.pose));
     }
     return most;
@@ -172,15 +165,12 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     const double lead = trust * (best->score - score) - settings_.odds_of_thing - prior;
     const double clutter = settings_.search.odds_of_clutter;
     if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
-    const auto left_of = [&](const Body& settled, const Pose2& at, std::vector<Evidence>& rest) {
-        rest = left_behind(settled, at);
-        std::vector<SeenBy> moment = moment_;
-        for (std::size_t c = 0; c < moment.size(); ++c) moment[c].evidence = &rest[c];
-        return moment;
-    };
-    std::vector<Evidence> rest;
-    const double robot_behind = most_of_robot(left_of(bodies_[best_kind], best->pose, rest), robot, trust) - clutter;
-    const double thing_behind = trust * most_of_things(left_of(body(robot), pose, rest)) - clutter - settings_.odds_of_thing;
+    take_away(best->pose, bodies_[best_kind], &on_trial_);
+    const double robot_behind = most_of_robot(robot, trust) - clutter;
+    put_back();
+    take_away(pose, body(robot), &on_trial_);
+    const double thing_behind = trust * most_of_things() - clutter - settings_.odds_of_thing;
+    put_back();
     return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) > 0 ? best : nullptr;
 }
 
@@ -225,6 +215,14 @@ void BodyObserver::settle_things() {
 bool BodyObserver::is_open(std::size_t kind) const {
     for (std::size_t r = 0; r < open_.size(); ++r) {
         if (open_[r] && kind_of_[r] == kind) return true;
+    }
+    return false;
+}
+
+/// Is a robot of the kind expected nowhere?
+bool BodyObserver::is_missing(std::size_t kind) const {
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (open_[r] && kind_of_[r] == kind && !expected_[r]) return true;
     }
     return false;
 }
@@ -404,21 +402,24 @@ bool BodyObserver::wants_colours() const {
     return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });
 }
 
-/// What a body covers says nothing about others: neither that they are there, nor that they are not.
-void BodyObserver::take_away(const Pose2& pose, const Body& body) {
+/// What a body covers says nothing about others: neither that they are there, nor that they are not. `before`: of each camera, what put_back() needs.
+void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Pixel>>* before) {
+    if (before) before->resize(moment_.size());
     for (std::size_t c = 0; c < moment_.size(); ++c) {
         Evidence& evidence = left_[c];
+        if (before) (*before)[c].clear();
         cover(*moment_[c].view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
-        if (!memory_.mask.valid || memory_.mask.spans.empty()) continue;
+        if (!memory_.mask.valid) continue;
         covered_.clear();
         for (const Span& span : memory_.mask.spans) {
-            const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(span.y) * evidence.width;
-            std::fill(evidence.pixels.data() + row + span.begin, evidence.pixels.data() + row + span.end, Evidence::Sums{0, 0});
-            std::fill(evidence.perhaps.data() + row + span.begin, evidence.perhaps.data() + row + span.end, 0.0f);
-            for (int x = span.begin; x < span.end; ++x) covered_.push_back(static_cast<int>(row) + x);
+            for (int x = span.begin; x < span.end; ++x) covered_.push_back(span.y * evidence.width + x);
         }
-        evidence.sum_up(evidence.explain_shadows(covered_));
+        evidence.take_away(covered_, before ? &(*before)[c] : nullptr);
     }
+}
+
+void BodyObserver::put_back() {
+    for (std::size_t c = 0; c < moment_.size(); ++c) left_[c].put_back(on_trial_[c]);
 }
 
 bool BodyObserver::confirms(const SeenBy& camera, int robot, const Pose2& pose) {

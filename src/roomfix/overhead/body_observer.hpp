@@ -33,7 +33,9 @@ KnownRobot known_by_outline(const SilhouetteObservation& outline);
 struct Expectation {
     std::vector<PoseObservation> things;  // where things should be that are no robots
     std::vector<PoseObservation> robots;  // where robots should be by all that was seen of them before: they are looked for there first
-    bool search = true;                   // everywhere, too, for what no expected robot explains
+    // Everywhere, too:
+    bool search = true;           // for robots that nobody expects anywhere or that are not where they are expected, and for things
+    bool search_outlines = true;  // for exact robots behind others
 };
 
 struct BodyObserverSettings {
@@ -94,14 +96,14 @@ private:
     void begin_moment(std::span<const SeenBy> cameras);
     void look_where_expected(std::size_t kind);
     void search_everywhere(std::size_t kind);
+    bool is_missing(std::size_t kind) const;
     double prior_of(int robot, const Pose2& pose) const;
     int likeliest_of(std::size_t kind, const Pose2& pose) const;
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
     void look_for_things(const Expectation& expected);
-    std::vector<Evidence> left_behind(const Body& body, const Pose2& pose);
-    double most_of_things(std::span<const SeenBy> rest);
-    double most_of_robot(std::span<const SeenBy> rest, int robot, double trust);
+    double most_of_things();
+    double most_of_robot(int robot, double trust);
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score);
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);
@@ -113,7 +115,8 @@ private:
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     bool stand_in_each_other(const Body& a, const Pose2& at_a, const Body& b, const Pose2& at_b) const;
     void drop_blocked();
-    void take_away(const Pose2& pose, const Body& body);
+    void take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Pixel>>* before = nullptr);
+    void put_back();
 
     BodyObserverSettings settings_;
     std::vector<Body> bodies_;          // one for all robots that look alike
@@ -132,7 +135,8 @@ private:
     std::vector<KnownRobot> standing_;              // robots that are settled
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     PlaceMemory memory_;
-    std::vector<int> covered_;  // pixels of the robot that is taken away
+    std::vector<int> covered_;                            // pixels of the robot that is taken away
+    std::vector<std::vector<Evidence::Pixel>> on_trial_;  // of each camera, as they were before
     long searches_ = 0;
 };
 

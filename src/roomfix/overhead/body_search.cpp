@@ -73,12 +73,36 @@ bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place) {
     return distance < own_wall || !wall_between(*camera.walls, from + own_wall / distance * (place - from), place);
 }
 
+BodySearch::BodySearch(const BodySearchSettings& settings) : settings_(settings) {
+    for (int i = 1; i <= settings.spread_samples * settings.spread_rounds; ++i) {
+        const Eigen::Vector2d first = normal_pair(halton(i, 2), halton(i, 3));
+        units_.emplace_back(first.x(), first.y(), normal_pair(halton(i, 5), halton(i, 7)).x());
+    }
+}
+
 double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse) {
     double sum = 0;
     const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
     for (const SeenBy& camera : cameras) {
         if (!in_sight(camera, {pose.x, pose.y})) continue;
         sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, memory_, coarse, most_samples).log_ratio;
+    }
+    return sum;
+}
+
+/// From now on score_near() is fast around this pose.
+void BodySearch::prepare_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    near_.resize(std::max(near_.size(), cameras.size()));
+    for (std::size_t c = 0; c < cameras.size(); ++c) near_[c].prepare(*cameras[c].view, body, pose, cameras[c].evidence->scale);
+}
+
+/// As score().
+double BodySearch::score_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse) {
+    double sum = 0;
+    const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+        if (!in_sight(cameras[c], {pose.x, pose.y})) continue;
+        sum += score_place(*cameras[c].view, *cameras[c].evidence, body, pose, settings_.score, memory_, coarse, most_samples, &near_[c]).log_ratio;
     }
     return sum;
 }
@@ -265,6 +289,7 @@ BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body
 /// Climbs by trying steps along each axis, ever smaller ones.
 BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse) {
     const double smallest = step / 32;
+    prepare_near(cameras, body, start.pose);
     for (; step >= smallest; step /= 2) {
         const double turn = body.round() ? 0 : step / body.radius;
         for (int round = 0; round < 6; ++round) {
@@ -273,7 +298,7 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
                                               Eigen::Vector3d(0, -step, 0), Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
                 if (by.isZero(0)) continue;
                 const Pose2 pose = moved(start.pose, by);
-                const double here = score(cameras, body, pose, coarse);
+                const double here = score_near(cameras, body, pose, coarse);
                 if (here <= start.score) continue;
                 start = {pose, here, start.prior};
                 improved = true;
@@ -297,16 +322,15 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
     for (int round = 0; round < settings_.spread_rounds; ++round) {
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
         const Eigen::Matrix3d lower = root.matrixL();
+        prepare_near(cameras, body, moved(best.pose, mean));
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
         double weights = 0;
         for (int i = 0; i < settings_.spread_samples; ++i) {
-            const int index = 1 + i + round * settings_.spread_samples;
-            const Eigen::Vector2d first = normal_pair(halton(index, 2), halton(index, 3));
-            const Eigen::Vector3d unit(first.x(), first.y(), normal_pair(halton(index, 5), halton(index, 7)).x());
+            const Eigen::Vector3d& unit = units_[static_cast<std::size_t>(i + round * settings_.spread_samples)];
             Eigen::Vector3d by = mean + lower * unit;
             if (body.round()) by.z() = 0;
-            const double here = score(cameras, body, moved(best.pose, by));
+            const double here = score_near(cameras, body, moved(best.pose, by));
             const double weight = std::exp(std::clamp(trust * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
             weights += weight;
             sum += weight * by;

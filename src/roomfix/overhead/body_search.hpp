@@ -65,7 +65,7 @@ struct BodyCandidate {
 /// Keeps its working memory.
 class BodySearch {
 public:
-    explicit BodySearch(const BodySearchSettings& settings = {}) : settings_(settings) {}
+    explicit BodySearch(const BodySearchSettings& settings = {});
 
     /// Poses that explain the pictures better than nothing does, apart from each other, best first.
     std::vector<BodyCandidate> candidates(std::span<const SeenBy> cameras, const Body& body);
@@ -92,6 +92,8 @@ private:
         Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // from the best pose: m, m, rad
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     };
+    void prepare_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
+    double score_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse = false);
     void search_floor(std::span<const SeenBy> cameras, const Body& body);
     void try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place);
     bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
@@ -101,6 +103,8 @@ private:
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
     BodySearchSettings settings_;
     PlaceMemory memory_;
+    std::vector<NearBody> near_;          // of each camera
+    std::vector<Eigen::Vector3d> units_;  // normal numbers, evenly spread, for samples of poses
     std::vector<BodyCandidate> candidates_;
     std::vector<BodyCandidate> by_look_;
 };

@@ -143,16 +143,6 @@ void OverheadObserver::note_exactness(const SilhouetteObservation& outline) {
     exact = std::clamp(exact + std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once), -settings_.most_exact, settings_.most_exact);
 }
 
-/// Are all robots that look like this one expected somewhere?
-bool OverheadObserver::all_expected(int robot) const {
-    for (int other = 0; other < static_cast<int>(robots_.size()); ++other) {
-        if (bodies_.kind(other) != bodies_.kind(robot)) continue;
-        const auto known = [&](const PoseObservation& e) { return e.robot == other; };
-        if (std::none_of(expected_.robots.begin(), expected_.robots.end(), known)) return false;
-    }
-    return true;
-}
-
 bool OverheadObserver::is_exact(const SilhouetteObservation& outline) const {
     return exactness(outline.robot) + std::max(outline.exact - settings_.exact_at_once, 0.0) > settings_.surely_exact;
 }
@@ -251,9 +241,9 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
             if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
         }
     }
-    // The search takes long: so many in a frame, and where there are bodies, for robots that are not followed or were seen to be exact.
-    const bool worth_it = colour_background_.empty() || exactness(robot) > settings_.surely_exact || !all_expected(robot);
-    if (!expected_.search || searches_left_ == 0 || !worth_it) return best;
+    // The search takes long: so many in a frame, and where bodies are found, too, only for robots that were seen to be exact.
+    const bool worth_it = colour_background_.empty() || exactness(robot) > settings_.surely_exact;
+    if (!expected_.search_outlines || searches_left_ == 0 || !worth_it) return best;
     --searches_left_;
     // Hidden, cut off, or several in one: look at all places, and let the outlines decide.
     const Blob clearer = look_closer(evidence.frame, blob);

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "roomfix/imaging/background_model.hpp"
+#include "roomfix/imaging/colour_background.hpp"
 #include "roomfix/imaging/components.hpp"
-#include "roomfix/imaging/evidence.hpp"
 #include "roomfix/observation/pose_observation.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/body_observer.hpp"
@@ -116,7 +116,6 @@ private:
     SilhouetteObservation observation_of(const Found& found) const;
     double exactness(int robot) const { return exact_[bodies_.kind(robot)]; }
     void note_exactness(const SilhouetteObservation& outline);
-    bool all_expected(int robot) const;
     bool is_exact(const SilhouetteObservation& outline) const;
     /// Are outlines worth looking for, by what was seen of such robots before?
     bool may_be_exact(int robot) const { return exactness(robot) > -settings_.surely_exact; }

@@ -50,7 +50,7 @@ double clutter_around(const Evidence& evidence, const BodyMask& mask, const Evid
 }  // namespace
 
 PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
-                       bool coarse, double most_samples) {
+                       bool coarse, double most_samples, const NearBody* near) {
     PlaceScore score;
     BodyMask& mask = memory.mask;
     int step = 1;
@@ -60,10 +60,18 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
         if (!top || !foot) return score;
         step = std::max(1, static_cast<int>(std::abs(foot->y() - top->y()) / evidence.scale / rows_enough));
     }
-    cover(view, body.core, pose, evidence.width, evidence.height, evidence.scale, step, mask);
+    const bool nearby = near && near->core.reach(pose) && near->parts.reach(pose);
+    const auto cover_with = [&](const std::vector<ConvexPart>& parts, const NearOutlines* outlines) {
+        if (outlines) {
+            outlines->cover(pose, evidence.width, evidence.height, step, mask);
+        } else {
+            cover(view, parts, pose, evidence.width, evidence.height, evidence.scale, step, mask);
+        }
+    };
+    cover_with(body.core, nearby ? &near->core : nullptr);
     if (!mask.valid) return score;
     const Evidence::Sums core = sum_over(evidence, mask, step);
-    cover(view, body.parts, pose, evidence.width, evidence.height, evidence.scale, step, mask);
+    cover_with(body.parts, nearby ? &near->parts : nullptr);
     if (!mask.valid || mask.area < settings.least_whole * mask.whole || mask.area < 4) return score;
     score.in_picture = true;
     const Evidence::Sums inside = sum_over(evidence, mask, step);

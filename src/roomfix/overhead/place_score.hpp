@@ -4,6 +4,7 @@
 #include "roomfix/imaging/evidence.hpp"
 #include "roomfix/overhead/body.hpp"
 #include "roomfix/overhead/look_score.hpp"
+#include "roomfix/overhead/near_outlines.hpp"
 
 namespace roomfix {
 
@@ -39,8 +40,8 @@ struct PlaceMemory {
 };
 
 /// Where the body's look is known and the evidence has its colours, they decide instead of how much differs. `coarse`: they are left out.
-/// `most_samples`: of a whole body, however large it is in the picture.
+/// `most_samples`: of a whole body, however large it is in the picture. `near`: the body's outlines around the pose, where they were prepared.
 PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
-                       bool coarse = false, double most_samples = 1e9);
+                       bool coarse = false, double most_samples = 1e9, const NearBody* near = nullptr);
 
 }  // namespace roomfix

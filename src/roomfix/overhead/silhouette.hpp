@@ -72,28 +72,38 @@ void for_polygon_rows(std::span<const Eigen::Vector2d> polygon, int width, int h
     if (!(bottom >= 0 && top <= height - 1)) return;
     const int first = std::max(static_cast<int>(std::ceil(std::max(top, 0.0))), 0);
     const int last = static_cast<int>(std::floor(std::min(bottom, height - 1.0)));
-    const std::size_t count = polygon.size();
     // Two chains of edges run down from the topmost corner; each row lies between one edge of either chain.
+    const std::size_t count = polygon.size();
     std::size_t start = 0;
     for (std::size_t i = 1; i < count; ++i) {
         if (polygon[i].y() < polygon[start].y()) start = i;
     }
-    std::size_t a = start;
-    std::size_t b = start;
+    struct Chain {
+        std::size_t at, next;
+        double slope = 0;  // px to the right per row
+    };
+    const auto after = [count](std::size_t at, bool forward) { return forward ? (at + 1 == count ? 0 : at + 1) : (at == 0 ? count : at) - 1; };
+    const auto x_in_row = [&](Chain& chain, bool forward, int y) {
+        bool moved = chain.at == chain.next;
+        for (std::size_t guard = 0; guard < count; ++guard) {
+            const std::size_t next = after(chain.at, forward);
+            if (polygon[next].y() >= y) break;
+            chain.at = next;
+            moved = true;
+        }
+        if (moved) {
+            chain.next = after(chain.at, forward);
+            const Eigen::Vector2d edge = polygon[chain.next] - polygon[chain.at];
+            chain.slope = edge.y() > 1e-9 ? edge.x() / edge.y() : 0;
+        }
+        const Eigen::Vector2d& from = chain.slope == 0 ? polygon[chain.next] : polygon[chain.at];
+        return from.x() + chain.slope * (y - polygon[chain.at].y());
+    };
+    Chain one{start, start};
+    Chain other{start, start};
     for (int y = first; y <= last; y += step) {
-        const auto advance = [&](std::size_t& at, std::size_t direction) {
-            for (std::size_t guard = 0; guard < count; ++guard) {
-                const std::size_t next = (at + direction) % count;
-                if (polygon[next].y() >= y) break;
-                at = next;
-            }
-            const auto& p = polygon[at];
-            const auto& q = polygon[(at + direction) % count];
-            const double rise = q.y() - p.y();
-            return rise > 1e-9 ? p.x() + (q.x() - p.x()) * (y - p.y()) / rise : q.x();
-        };
-        const double left = advance(a, 1);
-        const double right = advance(b, count - 1);
+        const double left = x_in_row(one, true, y);
+        const double right = x_in_row(other, false, y);
         const double low = std::clamp(std::min(left, right), -1.0, width + 1.0);
         const double high = std::clamp(std::max(left, right), -1.0, width + 1.0);
         const int begin = std::max(static_cast<int>(std::ceil(low)), 0);

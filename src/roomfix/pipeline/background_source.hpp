@@ -7,7 +7,7 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/imaging/background_model.hpp"
-#include "roomfix/imaging/evidence.hpp"
+#include "roomfix/imaging/colour_background.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {

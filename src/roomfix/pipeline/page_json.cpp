@@ -135,7 +135,9 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
     for (const Fix& fix : fixes) {
         if (fix.status == FixStatus::none) continue;
         json robot = {{"id", fix.robot},
-                      {"status", fix.unknown ? "unknown" : fix.status == FixStatus::ok ? "ok" : "coasting"},
+                      {"status", fix.unknown                   ? "unknown"
+                                 : fix.status == FixStatus::ok ? "ok"
+                                                               : "coasting"},
                       {"x", rounded(fix.pose.x, 1e-4)},
                       {"y", rounded(fix.pose.y, 1e-4)},
                       {"sources", fix.sources}};
@@ -153,6 +155,11 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
         state["cameras"].push_back(camera);
     }
     state["ranges"] = ranges_json(time);
+    for (std::size_t s = 0; s < stages; ++s) {
+        const StageSummary stage = times_.summary(static_cast<Stage>(s));
+        if (stage.count == 0) continue;
+        state["stages"][name_of(static_cast<Stage>(s))] = {rounded(1e3 * stage.median, 0.01), rounded(1e3 * stage.p95, 0.01), rounded(1e3 * stage.p99, 0.01)};
+    }
     return state.dump();
 }
 

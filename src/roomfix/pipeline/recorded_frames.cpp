@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "roomfix/pipeline/wall_clock.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -9,9 +11,8 @@ constexpr Nanoseconds round_span = 40'000'000;  // ns: what a frame tells about 
 
 }  // namespace
 
-RecordedFrames::RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop,
-                               std::function<void(std::size_t, const std::string&)> failed, std::function<void(std::size_t)> ended)
-    : sources_(sources), stop_(stop), failed_(std::move(failed)), ended_(std::move(ended)), waiting_(sources.size()) {
+RecordedFrames::RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop, Listener listener)
+    : sources_(sources), stop_(stop), listener_(std::move(listener)), waiting_(sources.size()) {
     for (std::size_t i = 0; i < sources.size(); ++i) {
         if (sources[i]->live()) continue;
         total_ += static_cast<double>(std::max<std::int64_t>(sources[i]->count(), 1));
@@ -33,13 +34,20 @@ void RecordedFrames::advance(std::size_t camera) {
     waiting_[camera].reset();
     while (!stop_) {
         SourceFrame frame;
-        const auto more = sources_[camera]->next(frame);
-        if (!more) {
-            failed_(camera, more.error().message);
+        const auto more = sources_[camera]->advance(frame);
+        if (more && !*more) {
+            listener_.ended(camera);
+            return;
+        }
+        if (more && listener_.too_late && listener_.too_late(camera, frame.time)) continue;
+        const double before = wall_clock();
+        const auto decoded = more ? sources_[camera]->decode(frame) : Result<void>(more.error());
+        if (!decoded) {
+            listener_.failed(camera, decoded.error().message);
             continue;  // a damaged frame is skipped and counted
         }
-        if (*more) waiting_[camera] = std::move(frame);
-        if (!*more) ended_(camera);
+        if (listener_.decoded) listener_.decoded(wall_clock() - before);
+        waiting_[camera] = std::move(frame);
         return;
     }
 }

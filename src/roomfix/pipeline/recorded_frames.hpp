@@ -13,9 +13,14 @@ namespace roomfix {
 
 class RecordedFrames {
 public:
-    /// Live ones among the sources are left alone. `failed` gets a camera and the message where a frame cannot be read, `ended` a camera.
-    RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop,
-                   std::function<void(std::size_t, const std::string&)> failed, std::function<void(std::size_t)> ended);
+    struct Listener {
+        std::function<void(std::size_t, const std::string&)> failed;  // a camera, and the message where a frame cannot be read
+        std::function<void(std::size_t)> ended;                       // a camera
+        std::function<void(double)> decoded;                          // s that it took; may be empty
+        std::function<bool(std::size_t, Nanoseconds)> too_late;       // a frame of a camera that is not worth decoding any more; may be empty
+    };
+    /// Live ones among the sources are left alone.
+    RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop, Listener listener);
 
     /// The next frames that may be looked at side by side: the earliest of all, and those of other cameras little later, in the order of
     /// their times. Empty at the end.
@@ -32,8 +37,7 @@ public:
 private:
     std::vector<std::unique_ptr<FrameSource>>& sources_;
     const std::atomic<bool>& stop_;
-    std::function<void(std::size_t, const std::string&)> failed_;
-    std::function<void(std::size_t)> ended_;
+    Listener listener_;
     std::vector<std::optional<SourceFrame>> waiting_;
     double total_ = 0;
 };

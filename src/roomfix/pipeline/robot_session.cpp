@@ -15,17 +15,21 @@ class PictureList : public FrameSource {
 public:
     explicit PictureList(std::vector<std::string> files) : files_(std::move(files)) {}
 
-    Result<bool> next(SourceFrame& frame) override {
+    Result<bool> advance(SourceFrame& frame) override {
         if (next_ == files_.size()) return false;
-        const std::string file = files_[next_];
-        auto source = open_source(file);
-        const Nanoseconds time = static_cast<Nanoseconds>(next_++) * 1'000'000'000;
-        if (!source) return source.error();
-        auto more = (*source)->next(frame);
-        if (!more) return more;
-        frame.time = time;
-        frame.name = file;
+        frame.name = files_[next_];
+        frame.time = static_cast<Nanoseconds>(next_++) * 1'000'000'000;
         return true;
+    }
+    Result<void> decode(SourceFrame& frame) override {
+        auto source = open_source(frame.name);
+        if (!source) return source.error();
+        SourceFrame only;
+        const auto read = (*source)->next(only);
+        if (!read) return read.error();
+        frame.image = std::move(only.image);
+        frame.colour = std::move(only.colour);
+        return {};
     }
     bool live() const override { return false; }
     std::int64_t count() const override { return static_cast<std::int64_t>(files_.size()); }
@@ -82,9 +86,10 @@ Result<RobotSession> RobotSession::collect(const Site& site, const RobotSessionO
     if (posts.empty()) return Error{"the site has no fixed camera among those asked for: a body is learned from pictures of fixed cameras"};
 
     std::string failed;
-    RecordedFrames frames(
-        sources, stop, [&](std::size_t i, const std::string& message) { failed = fmt::format("camera {}: {}", posts[i].camera->id, message); },
-        [](std::size_t) {});
+    RecordedFrames::Listener listener;
+    listener.failed = [&](std::size_t i, const std::string& message) { failed = fmt::format("camera {}: {}", posts[i].camera->id, message); };
+    listener.ended = [](std::size_t) {};
+    RecordedFrames frames(sources, stop, listener);
     std::int64_t longest = 1;
     for (const auto& source : sources) longest = std::max(longest, source->count());
     const auto rounds = static_cast<std::size_t>(longest);

@@ -29,12 +29,20 @@ void SiteRunner::go_on(Nanoseconds time) {
 /// Round by round, so that the fixes do not depend on the number of threads.
 Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                                       const std::function<void(double)>& progress) {
-    RecordedFrames frames(
-        sources, stop, [this](std::size_t i, const std::string& message) { set_source_state(i, "failed", message); },
-        [this](std::size_t i) { set_source_state(i, "ended", "the recording ended"); });
-    WorkerPool pool(std::max(settings.threads, 1));
     std::vector<FrameCount> counts(sources.size());
     std::optional<Pace> pace;
+    RecordedFrames::Listener listener;
+    listener.failed = [this](std::size_t i, const std::string& message) { set_source_state(i, "failed", message); };
+    listener.ended = [this](std::size_t i) { set_source_state(i, "ended", "the recording ended"); };
+    listener.decoded = [this](double seconds) { times_.add(Stage::decode, seconds); };
+    listener.too_late = [&](std::size_t i, Nanoseconds time) {
+        const bool late = settings.on_time && pace && wall_clock() > pace->wall_of(time) + too_late;
+        counts[i].came += late;
+        counts[i].dropped += late;
+        return late;
+    };
+    RecordedFrames frames(sources, stop, listener);
+    WorkerPool pool(std::max(settings.threads, 1));
     double done = 0;
     for (auto round = frames.next_round(); !round.empty() && !stop; round = frames.next_round()) {
         const Nanoseconds first = frames.time_of(round.front());
@@ -48,16 +56,14 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
         std::vector<CameraFrame> looked_at;
         for (const std::size_t camera : round) {
             taken.push_back(frames.take(camera));
-            const bool late = settings.on_time && pace && wall_clock() > pace->wall_of(taken.back().time) + too_late;
             ++counts[camera].came;
-            counts[camera].dropped += late;
-            if (!late) looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time});
+            looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time});
         }
         go_on(first);
         auto fed = feed(looked_at, pool);
         if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will
-        for (const std::size_t camera : round) count_dropped(camera, counts[camera]);
         pool.run(static_cast<int>(round.size()), [&](int job) { frames.advance(round[static_cast<std::size_t>(job)]); });
+        for (const std::size_t camera : round) count_dropped(camera, counts[camera]);
         done += static_cast<double>(round.size());
         if (progress) progress(std::min(1.0, done / std::max(frames.total(), 1.0)));
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <optional>
 #include <thread>
 
@@ -132,15 +133,19 @@ Result<void> SiteRunner::check_size(const CameraFrame& frame) {
 }
 
 Result<void> SiteRunner::feed(const CameraFrame& frame) {
-    if (auto fits = check_size(frame); !fits) return fits;
-    FrameHints hints = hints_for(*stations_[frame.camera]->post, frame.time);
-    hints.robots.search = may_search(frame);
-    report(frame, look(frame, hints));
-    return {};
+    WorkerPool alone(1);
+    return feed({frame}, alone);
 }
 
 Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
     if (frames.empty()) return {};
+    const double before = wall_clock();
+    auto result = feed_round(frames, pool);
+    times_.add(Stage::moment, wall_clock() - before);
+    return result;
+}
+
+Result<void> SiteRunner::feed_round(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
     Result<void> result;
     tell_until(frames.front().time);
     std::vector<FrameHints> hints(frames.size());
@@ -154,9 +159,12 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
         looks[i].emplace();
     }
     const auto fixed = std::count_if(frames.begin(), frames.end(), [this](const CameraFrame& f) { return is_fixed(f.camera); });
+    bool outlines = false;  // of some camera are searched for
     for (std::size_t i = 0; i < frames.size(); ++i) {
         hints[i].bodies = fixed < 2;
-        hints[i].robots.search = may_search(frames[i]);
+        if (!is_fixed(frames[i].camera)) continue;
+        stations_[frames[i].camera]->turns.set(frames[i].time, outlines, hints[i].robots);
+        outlines |= hints[i].robots.search_outlines;
     }
     pool.run(static_cast<int>(frames.size()), [&](int job) {
         const auto i = static_cast<std::size_t>(job);
@@ -171,19 +179,26 @@ Result<void> SiteRunner::feed(const std::vector<CameraFrame>& frames, WorkerPool
     const std::lock_guard lock(mutex_);
     for (const BodyPlace& thing : joint.things) joint.robots.push_back(observation_of(thing));
     if (!joint.robots.empty()) {
+        const double before = wall_clock();
         tracker_.see(frames.back().time, joint.source, joint.robots);
-        pass_on(frames.back().time, joint.source);
+        times_.add(Stage::track, wall_clock() - before);
+        pass_on(frames.back().time, joint.source, looks.back() ? looks.back()->parts : LatencyParts());
     }
     return result;
 }
 
 /// What fixed cameras that looked at the same moment show together.
-JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks,
-                                        const std::vector<FrameHints>& hints) {
+JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints) {
+    const std::lock_guard lock(joint_mutex_);
+    const double before = wall_clock();
     std::vector<CameraPost*> posts;
     std::vector<LumaView> pictures;
     Expectation expected;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
+    // In the order of the site file, whichever camera was the first: together they are one source.
+    std::vector<std::size_t> order(frames.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return frames[a].camera < frames[b].camera; });
+    for (const std::size_t i : order) {
         CameraPost* post = stations_[frames[i].camera]->post.get();
         if (looks[i] && looks[i]->frozen <= 0 && post->is_fixed() && !post->evidence().empty()) {
             posts.push_back(post);
@@ -191,14 +206,23 @@ JointSighting SiteRunner::look_together(const std::vector<CameraFrame>& frames, 
             expected = hints[i].robots;
         }
     }
-    return posts.empty() ? JointSighting() : joint_bodies_.find(posts, pictures, expected);
+    if (posts.empty()) return {};
+    JointSighting together = joint_bodies_.find(posts, pictures, expected);
+    const double seconds = wall_clock() - before;
+    times_.add(Stage::fit, seconds);
+    for (auto& look : looks) {
+        if (look) look->parts.fitting = seconds;
+    }
+    return together;
 }
 
 SiteRunner::Look SiteRunner::look(const CameraFrame& frame, const FrameHints& hints) {
     const double before = wall_clock();
     Look result;
+    result.parts.waiting = latency(frame.time).value_or(0);
     result.frozen = stations_[frame.camera]->post->look(frame.image, frame.time, hints);
-    result.seconds = wall_clock() - before;
+    result.parts.looking = wall_clock() - before;
+    times_.add(Stage::look, result.parts.looking);
     return result;
 }
 
@@ -214,15 +238,6 @@ FrameHints SiteRunner::hints_for(const CameraPost& post, Nanoseconds time) const
     hints.ranges = ears_.near(post.robot(), time);
     hints.expected = tracker_.expected(post.robot(), time);
     return hints;
-}
-
-/// Searching the whole floor takes long: a camera does it only so often, and follows what is known in between.
-bool SiteRunner::may_search(const CameraFrame& frame) {
-    constexpr double interval = 0.29;  // s of frame time
-    Station& station = *stations_[frame.camera];
-    if (station.searched && std::abs(to_seconds(frame.time - *station.searched)) < interval) return false;
-    station.searched = frame.time;
-    return true;
 }
 
 /// Where things should be that are no robots. The mutex is held.
@@ -257,7 +272,7 @@ std::vector<char> SiteRunner::robots_elsewhere(const CameraPost& post, Nanosecon
     std::vector<char> surely = elsewhere;
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {
         for (std::size_t other = 0; other < site_.robots.size(); ++other) {
-            if (!elsewhere[other] && look_alike(site_.robots[r], site_.robots[other])) surely[r] = 0;
+            if (!elsewhere[other] && hard_to_tell(site_.robots[r], site_.robots[other])) surely[r] = 0;
         }
     }
     return surely;
@@ -271,12 +286,12 @@ void SiteRunner::report(const CameraFrame& frame, const Look& look) {
     if (look.frozen > 0) {
         state.status = "frozen";
         state.message = fmt::format("not used: the same picture for {:.1f} s; restart the camera", look.frozen);
-        pass_on(frame.time, station.post->id());
+        pass_on(frame.time, station.post->id(), look.parts);
         return;
     }
     ++state.frames;
     state.status = "ok";
-    state.busy = state.frames == 1 ? look.seconds : 0.9 * state.busy + 0.1 * look.seconds;
+    state.busy = state.frames == 1 ? look.parts.looking : 0.9 * state.busy + 0.1 * look.parts.looking;
     const double now = wall_clock();
     if (station.last_wall > 0) {
         const double rate = 1 / std::max(now - station.last_wall, 1e-4);
@@ -284,14 +299,16 @@ void SiteRunner::report(const CameraFrame& frame, const Look& look) {
     }
     station.last_wall = now;
     if (page_) station.post->show(frame.image.grey);
+    const double before = wall_clock();
     station.post->tell(tracker_, frame.time);
+    times_.add(Stage::track, wall_clock() - before);
     state.message = station.post->reason();
     if (station.post->changed()) {
         state.status = "changed";
         state.message = "a large part of the picture differs from its background: was the camera moved, or the light switched?";
     }
     note_quarantine(*station.post, state);
-    pass_on(frame.time, station.post->id());
+    pass_on(frame.time, station.post->id(), look.parts);
 }
 
 /// Tells the camera's state what the tracker does not believe of it. The mutex is held.
@@ -376,7 +393,8 @@ void SiteRunner::listen(const std::string& device, int robot, const std::atomic<
 }
 
 /// Gives the fixes of a time to the file and, not too often, to the page. The mutex is held.
-void SiteRunner::pass_on(Nanoseconds time, const std::string& camera) {
+void SiteRunner::pass_on(Nanoseconds time, const std::string& camera, const LatencyParts& parts) {
+    const double before = wall_clock();
     std::vector<Fix> fixes = tracker_.fixes(time);
     std::vector<Fix> given;
     for (Fix& fix : fixes) {
@@ -388,6 +406,11 @@ void SiteRunner::pass_on(Nanoseconds time, const std::string& camera) {
         const bool seen_here = std::find(fix.sources.begin(), fix.sources.end(), camera) != fix.sources.end();
         if (!seen_here && fix.status == FixStatus::ok) continue;
         fix.latency = latency(time);
+        if (fix.latency && parts.looking > 0) {
+            fix.latency_parts = parts;
+            fix.latency_parts->tracking = *fix.latency - parts.waiting - parts.looking - parts.fitting;
+        }
+        if (fix.latency) times_.add(Stage::latency, *fix.latency);
         fix.sources = single_sources(fix.sources);
         given.push_back(fix);
     }
@@ -401,6 +424,7 @@ void SiteRunner::pass_on(Nanoseconds time, const std::string& camera) {
         last_published_ = now;
         page_->publish(state_json(time, fixes));
     }
+    times_.add(Stage::publish, wall_clock() - before);
 }
 
 Result<void> SiteRunner::run_sources(const RunSettings& settings, const std::atomic<bool>& stop, const std::function<void(double)>& progress) {
@@ -428,21 +452,35 @@ Result<void> SiteRunner::run_sources(std::vector<std::unique_ptr<FrameSource>> s
     }
     const bool live = std::any_of(sources.begin(), sources.end(), [](const auto& source) { return source->live(); });
     if (live && settings.on_time) measure_latency();
+    std::vector<LiveSource> live_sources;
     for (std::size_t i = 0; i < sources.size(); ++i) {
-        if (sources[i]->live()) threads.emplace_back([this, i, &sources, &stop] { run_live(i, *sources[i], stop); });
+        if (sources[i]->live()) live_sources.push_back({i, sources[i].get()});
     }
+    if (live) threads.emplace_back([&] { run_live(live_sources, settings.threads, stop); });
     auto done = run_recorded(sources, settings, stop, progress);
     for (auto& thread : threads) thread.join();
     return done;
 }
 
-void SiteRunner::run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop) {
-    const auto use = [&](const SourceFrame& frame, const FrameCount& count) {
-        (void)feed({index, {frame.image, &frame.colour}, frame.time});
-        count_dropped(index, count);
-    };
-    follow_live(source, stop, use, [&](const std::string& message) { set_source_state(index, "failed", message); });
-    set_source_state(index, "ended", "the camera gives no more frames");
+/// Cameras that see the same moment are looked at together, as in a recording.
+void SiteRunner::run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop) {
+    constexpr double same_moment = 0.04;  // s
+    LiveFrames frames(
+        sources, stop, [this](std::size_t i, const std::string& message) { set_source_state(i, "failed", message); },
+        [this](std::size_t i) { set_source_state(i, "ended", "the camera gives no more frames"); });
+    WorkerPool pool(std::max(threads, 1));
+    for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
+        std::vector<CameraFrame> together;
+        for (std::size_t i = 0; i < round.size(); ++i) {
+            const SourceFrame& frame = round[i].frame;
+            together.push_back({round[i].camera, {frame.image, &frame.colour}, frame.time});
+            const bool last = i + 1 == round.size() || to_seconds(round[i + 1].frame.time - together.front().time) > same_moment;
+            if (!last) continue;
+            (void)feed(together, pool);
+            together.clear();
+        }
+        for (const LiveFrame& frame : round) count_dropped(frame.camera, frame.count);
+    }
 }
 
 /// Says so where this machine is too slow for a camera.

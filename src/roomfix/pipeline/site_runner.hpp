@@ -15,11 +15,13 @@
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/pipeline/camera_post.hpp"
 #include "roomfix/pipeline/fix_output.hpp"
-#include "roomfix/pipeline/frame_queue.hpp"
 #include "roomfix/pipeline/joint_bodies.hpp"
+#include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/range_ears.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/search_turns.hpp"
 #include "roomfix/pipeline/site_calibration.hpp"
+#include "roomfix/pipeline/stage_times.hpp"
 #include "roomfix/site/site.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
@@ -97,6 +99,7 @@ public:
     long fixes_given() const { return output_.given(); }
     /// Lines of range and odometry sources that could not be used, as sentences; at most some of them.
     std::vector<std::string> line_problems() const;
+    const StageTimes& stage_times() const { return times_; }
     /// For what is done after the sources have ended.
     const Tracker& tracker() const { return tracker_; }
     /// What the tracker could not use.
@@ -106,12 +109,12 @@ private:
     struct Station {
         std::unique_ptr<CameraPost> post;  // used by one thread at a time
         SourceState state;
-        double last_wall = 0;                 // s, when the last frame came
-        std::optional<Nanoseconds> searched;  // time of the last frame in which the whole floor was searched
+        double last_wall = 0;  // s, when the last frame came
+        SearchTurns turns;
     };
     /// What one frame gave, before it is told.
     struct Look {
-        double seconds = 0;  // spent on it
+        LatencyParts parts;
         double frozen = 0;
     };
     /// Which moment of the clock a time stamp is.
@@ -125,25 +128,25 @@ private:
     explicit SiteRunner(const Site& site);
     Result<void> check_size(const CameraFrame& frame);
     FrameHints hints_for(const CameraPost& post, Nanoseconds time) const;
-    bool may_search(const CameraFrame& frame);
     int unknown_robot() const { return static_cast<int>(site_.robots.size()); }  // index of the tracker's last kind of target
     std::vector<PoseObservation> expected_things(Nanoseconds time) const;
     PoseObservation observation_of(const BodyPlace& thing) const;
     std::vector<char> robots_elsewhere(const CameraPost& post, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
     void report(const CameraFrame& frame, const Look& look);
-    JointSighting look_together(const std::vector<CameraFrame>& frames, const std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
+    JointSighting look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
     std::optional<double> latency(Nanoseconds time) const;
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
+    Result<void> feed_round(const std::vector<CameraFrame>& frames, WorkerPool& pool);
     void go_on(Nanoseconds time);
-    void run_live(std::size_t index, FrameSource& source, const std::atomic<bool>& stop);
+    void run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop);
     void count_dropped(std::size_t index, const FrameCount& count);
     void note_quarantine(const CameraPost& post, SourceState& state) const;
     void listen(const std::string& device, int robot, const std::atomic<bool>& stop);
     void tell_until(Nanoseconds time);
     void add_problems(const std::vector<std::string>& problems);
-    void pass_on(Nanoseconds time, const std::string& camera);
+    void pass_on(Nanoseconds time, const std::string& camera, const LatencyParts& parts = {});
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
     nlohmann::json ranges_json(Nanoseconds time) const;
     std::string site_json() const;
@@ -151,6 +154,7 @@ private:
 
     Site site_;
     std::vector<std::unique_ptr<Station>> stations_;  // one for each camera that finds robots
+    std::mutex joint_mutex_;                          // guards:
     JointBodies joint_bodies_;
     RangeEars ears_;
     RecordedSenses recorded_;
@@ -164,6 +168,7 @@ private:
     std::optional<Pace> pace_;
     std::unique_ptr<WebServer> page_;
     double last_published_ = 0;
+    StageTimes times_;
 };
 
 }  // namespace roomfix

@@ -219,6 +219,8 @@ bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, 
 
 /// Can the two not be told apart from afar, by shape and size, or by the bodies that their parts and models make?
 bool look_alike(const SiteRobot& a, const SiteRobot& b);
+/// Are they so nearly of one size that pictures may take one for the other, as long as nothing but a rough box or cylinder is known of them?
+bool hard_to_tell(const SiteRobot& a, const SiteRobot& b);
 
 /// Length of the robot along each axis: half sizes of the box around it (m).
 Eigen::Vector3d half_size(const Shape& shape);

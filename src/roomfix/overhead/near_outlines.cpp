@@ -1,0 +1,90 @@
+#include "roomfix/overhead/near_outlines.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "roomfix/geometry/convex_hull.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr double most_turn = 0.5;    // rad
+constexpr double most_move = 1;      // of the body's radius: farther away the lens is another
+constexpr double least_depth = 0.1;  // m before the camera
+
+}  // namespace
+
+void NearOutlines::prepare(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int scale, double reach) {
+    pose_ = pose;
+    reach_ = reach;
+    valid_ = false;
+    corners_.clear();
+    ends_.clear();
+    orders_.clear();
+    const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();
+    camera_from_floor_ = camera_from_map.leftCols<2>();
+    const double c = std::cos(pose.yaw);
+    const double s = std::sin(pose.yaw);
+    for (const ConvexPart& part : parts) {
+        pixels_.clear();
+        for (const Eigen::Vector3d& p : part.points) {
+            Corner corner;
+            corner.place = p.head<2>();
+            corner.offset = camera_from_map * (Eigen::Vector3d(0, 0, p.z()) - view.position());
+            const Eigen::Vector3d seen = corner.offset + camera_from_floor_ * Eigen::Vector2d(pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y());
+            if (!(seen.z() > least_depth)) return;
+            corner.ray = seen.hnormalized();
+            ProjectionJacobian jacobian;
+            const auto pixel = project(view.model, corner.ray.homogeneous(), &jacobian);
+            if (!pixel) return;
+            corner.pixel = (*pixel - Eigen::Vector2d::Constant(0.5 * (scale - 1))) / scale;
+            corner.by_ray = jacobian.leftCols<2>() / scale;
+            corners_.push_back(corner);
+            pixels_.push_back(corner.pixel);
+        }
+        order_.resize(pixels_.size() + 1);
+        hull_.resize(pixels_.size() + 1);
+        convex_hull(pixels_, order_, hull_);
+        orders_.insert(orders_.end(), order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(pixels_.size()));
+        ends_.push_back(corners_.size());
+    }
+    valid_ = true;
+}
+
+bool NearOutlines::reach(const Pose2& pose) const {
+    return valid_ && std::hypot(pose.x - pose_.x, pose.y - pose_.y) < reach_ &&
+           std::abs(std::remainder(pose.yaw - pose_.yaw, 2 * std::numbers::pi)) < most_turn;
+}
+
+void NearOutlines::cover(const Pose2& pose, int width, int height, int row_step, BodyMask& mask) const {
+    mask.begin(width, height, row_step);
+    const double c = std::cos(pose.yaw);
+    const double s = std::sin(pose.yaw);
+    std::size_t begin = 0;
+    for (const std::size_t end : ends_) {
+        const std::size_t count = end - begin;
+        mask.pixels.clear();
+        for (std::size_t i = begin; i < end; ++i) {
+            const Corner& corner = corners_[i];
+            const Eigen::Vector2d& p = corner.place;
+            const Eigen::Vector3d seen = corner.offset + camera_from_floor_ * Eigen::Vector2d(pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y());
+            if (!(seen.z() > least_depth)) return;
+            mask.pixels.push_back(corner.pixel + corner.by_ray * (seen.hnormalized() - corner.ray));
+        }
+        mask.order.assign(orders_.begin() + static_cast<std::ptrdiff_t>(begin), orders_.begin() + static_cast<std::ptrdiff_t>(end));
+        mask.hull.resize(count + 1);
+        const int corners = convex_hull_again(mask.pixels, mask.order, mask.hull);
+        begin = end;
+        if (corners < 3) continue;
+        for (int i = 0; i < corners; ++i) mask.pixels.push_back(mask.pixels[static_cast<std::size_t>(mask.hull[static_cast<std::size_t>(i)])]);
+        mask.add({mask.pixels.data() + count, static_cast<std::size_t>(corners)});
+    }
+    mask.finish();
+}
+
+void NearBody::prepare(const View& view, const Body& body, const Pose2& pose, int scale) {
+    core.prepare(view, body.core, pose, scale, most_move * body.radius);
+    parts.prepare(view, body.parts, pose, scale, most_move * body.radius);
+}
+
+}  // namespace roomfix

@@ -1,0 +1,50 @@
+// The pixels that a body covers at many poses near one, at a fraction of what each would cost by itself.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "roomfix/overhead/body.hpp"
+
+namespace roomfix {
+
+/// Of one camera. Around each corner of the body the lens is taken as linear; perspective stays exact.
+class NearOutlines {
+public:
+    /// Around a pose, for a picture that is `scale` times smaller than the camera's.
+    void prepare(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int scale, double reach);
+    /// Is a pose so near that the outline is the same to a fraction of a pixel?
+    bool reach(const Pose2& pose) const;
+    /// As roomfix::cover().
+    void cover(const Pose2& pose, int width, int height, int row_step, BodyMask& mask) const;
+
+private:
+    struct Corner {
+        Eigen::Vector2d place;   // m, robot frame
+        Eigen::Vector3d offset;  // m, camera frame: what does not depend on the pose
+        Eigen::Vector2d ray;     // (x/z, y/z) at the pose that was prepared
+        Eigen::Vector2d pixel;   // there, px of the small picture
+        Eigen::Matrix2d by_ray;  // px
+    };
+    Pose2 pose_;
+    double reach_ = 0;  // m
+    bool valid_ = false;
+    Eigen::Matrix<double, 3, 2> camera_from_floor_;
+    std::vector<Corner> corners_;
+    std::vector<std::size_t> ends_;  // of each part's corners
+    std::vector<int> orders_;        // of each part's corners from left to right, at the pose that was prepared
+    // Working memory.
+    std::vector<Eigen::Vector2d> pixels_;
+    std::vector<int> order_, hull_;
+};
+
+/// A body's outlines in one camera.
+struct NearBody {
+    NearOutlines core;
+    NearOutlines parts;
+
+    void prepare(const View& view, const Body& body, const Pose2& pose, int scale);
+};
+
+}  // namespace roomfix
