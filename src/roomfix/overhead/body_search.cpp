@@ -73,6 +73,19 @@ bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place) {
     return distance < own_wall || !wall_between(*camera.walls, from + own_wall / distance * (place - from), place);
 }
 
+/// `near`: of each camera; null: the pose is like no other.
+static double sum_of_scores(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const BodySearchSettings& settings, PlaceMemory& memory,
+                            bool coarse, const NearBody* near) {
+    double sum = 0;
+    const double most_samples = cameras.size() > 1 ? settings.samples_together : 1e9;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+        if (!in_sight(cameras[c], {pose.x, pose.y})) continue;
+        const NearBody* own = near ? near + c : nullptr;
+        sum += score_place(*cameras[c].view, *cameras[c].evidence, body, pose, settings.score, memory, coarse, most_samples, own).log_ratio;
+    }
+    return sum;
+}
+
 BodySearch::BodySearch(const BodySearchSettings& settings) : settings_(settings) {
     for (int i = 1; i <= settings.spread_samples * settings.spread_rounds; ++i) {
         const Eigen::Vector2d first = normal_pair(halton(i, 2), halton(i, 3));
@@ -81,13 +94,7 @@ BodySearch::BodySearch(const BodySearchSettings& settings) : settings_(settings)
 }
 
 double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse) {
-    double sum = 0;
-    const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
-    for (const SeenBy& camera : cameras) {
-        if (!in_sight(camera, {pose.x, pose.y})) continue;
-        sum += score_place(*camera.view, *camera.evidence, body, pose, settings_.score, memory_, coarse, most_samples).log_ratio;
-    }
-    return sum;
+    return sum_of_scores(cameras, body, pose, settings_, memory_, coarse, nullptr);
 }
 
 /// From now on score_near() is fast around this pose.
@@ -98,13 +105,7 @@ void BodySearch::prepare_near(std::span<const SeenBy> cameras, const Body& body,
 
 /// As score().
 double BodySearch::score_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse) {
-    double sum = 0;
-    const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
-        if (!in_sight(cameras[c], {pose.x, pose.y})) continue;
-        sum += score_place(*cameras[c].view, *cameras[c].evidence, body, pose, settings_.score, memory_, coarse, most_samples, &near_[c]).log_ratio;
-    }
-    return sum;
+    return sum_of_scores(cameras, body, pose, settings_, memory_, coarse, near_.data());
 }
 
 std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step) {

@@ -5,11 +5,6 @@
 #include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
-namespace {
-
-constexpr Nanoseconds round_span = 40'000'000;  // ns: what a frame tells about the next ones is that old at most
-
-}  // namespace
 
 RecordedFrames::RecordedFrames(std::vector<std::unique_ptr<FrameSource>>& sources, const std::atomic<bool>& stop, Listener listener)
     : sources_(sources), stop_(stop), listener_(std::move(listener)), waiting_(sources.size()) {

@@ -11,6 +11,9 @@
 
 namespace roomfix {
 
+/// Frames of different cameras no farther apart are looked at together: what a frame tells about the next ones is that old at most.
+constexpr Nanoseconds round_span = 40'000'000;
+
 class RecordedFrames {
 public:
     struct Listener {

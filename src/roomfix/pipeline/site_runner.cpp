@@ -10,6 +10,7 @@
 
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/pipeline/recorded_frames.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
@@ -464,7 +465,6 @@ Result<void> SiteRunner::run_sources(std::vector<std::unique_ptr<FrameSource>> s
 
 /// Cameras that see the same moment are looked at together, as in a recording.
 void SiteRunner::run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop) {
-    constexpr double same_moment = 0.04;  // s
     LiveFrames frames(
         sources, stop, [this](std::size_t i, const std::string& message) { set_source_state(i, "failed", message); },
         [this](std::size_t i) { set_source_state(i, "ended", "the camera gives no more frames"); });
@@ -474,7 +474,7 @@ void SiteRunner::run_live(const std::vector<LiveSource>& sources, int threads, c
         for (std::size_t i = 0; i < round.size(); ++i) {
             const SourceFrame& frame = round[i].frame;
             together.push_back({round[i].camera, {frame.image, &frame.colour}, frame.time});
-            const bool last = i + 1 == round.size() || to_seconds(round[i + 1].frame.time - together.front().time) > same_moment;
+            const bool last = i + 1 == round.size() || round[i + 1].frame.time - together.front().time > round_span;
             if (!last) continue;
             (void)feed(together, pool);
             together.clear();
