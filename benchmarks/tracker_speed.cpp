@@ -23,7 +23,7 @@ Site site_with(int robots, int beacons) {
         robot.id = fmt::format("r{}", r);
         robot.shape = Box{0.4 + 0.05 * r, 0.4, 0.4};  // each its own size: none can be taken for another
         robot.drive = Drive::differential;
-        robot.receiver = Receiver{};
+        robot.receivers = {Receiver{}};
         site.robots.push_back(robot);
     }
     for (int b = 0; b < beacons; ++b) {

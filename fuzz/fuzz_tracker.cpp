@@ -42,9 +42,9 @@ roomfix::Site make_site() {
         site.robots[i].id = ids[i];
         site.robots[i].shape = i < 2 ? Shape(Box{0.5, 0.4, 0.3}) : Shape(Cylinder{0.5, 0.1 * static_cast<double>(i)});
         site.robots[i].many = i == 3;
-        site.robots[i].receiver = Receiver{};
-        site.robots[i].receiver->bias_sigma = i == 2 ? 0.5 : 0;
-        site.robots[i].receiver->scale_sigma = i == 2 ? 0.05 : 0;
+        site.robots[i].receivers = {Receiver{}};
+        site.robots[i].receivers[0].bias_sigma = i == 2 ? 0.5 : 0;
+        site.robots[i].receivers[0].scale_sigma = i == 2 ? 0.05 : 0;
     }
     for (std::size_t i = 0; i < 2; ++i) {
         site.robots[i].tag = Tag{static_cast<int>(i), 0.2};

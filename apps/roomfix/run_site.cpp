@@ -74,6 +74,7 @@ int run_site(const Site& site, const RunOptions& options) {
     if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
     if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
     say(fmt::format("{} fixes given", room.fixes_given()));
+    for (const std::string& reason : room.robots_not_found()) say("without a fix at the end: " + reason);
     return done;
 }
 

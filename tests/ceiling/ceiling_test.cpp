@@ -36,7 +36,7 @@ protected:
     }
     std::vector<RangeObservation> ranges_at(const Pose2& pose) const {
         std::vector<RangeObservation> ranges;
-        const Eigen::Vector3d ear = map_from_robot(pose) * scenario.site.robots[0].receiver->position;
+        const Eigen::Vector3d ear = map_from_robot(pose) * scenario.site.robots[0].receiver()->position;
         for (std::size_t b = 0; b < scenario.site.beacons.size(); ++b) {
             ranges.push_back({0, 0, static_cast<int>(b), (scenario.site.beacons[b].position - ear).norm(), 0.015});
         }

@@ -15,7 +15,7 @@ Site small_site() {
     Site site;
     site.robots.resize(1);
     site.robots[0].id = "r1";
-    site.robots[0].receiver = Receiver{};
+    site.robots[0].receivers = {Receiver{}};
     site.beacons = {{"ship", {0, 0, 3}, ""}};
     return site;
 }

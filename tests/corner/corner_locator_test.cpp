@@ -18,7 +18,7 @@ Site room(bool on_robot) {
     site.walls = {{{0, 0}, {5, 0}, {5, 4}, {0, 4}, {0, 0}}};
     site.corners = {{"sw", {0, 0, 2.7}, 0}, {"se", {5, 0, 2.7}, radians(90)}, {"ne", {5, 4, 2.7}, radians(180)}, {"nw", {0, 4, 2.7}, radians(-90)}};
     site.robots = {{"r1", Cylinder{0.4, 0.5}}};
-    site.robots[0].receiver = Receiver{{0, 0, 0.5}, "", 0.02};
+    site.robots[0].receivers = {Receiver{{0, 0, 0.5}, "", 0.02}};
     site.beacons = {{"b1", {1, 0.2, 2.4}, ""}, {"b2", {4.8, 3, 2.4}, ""}};
     SiteCamera camera{"eye", "frames", make_camera_model(640, 480, 600, 600, 319.5, 239.5), KnownHeight{0.7, 0.01, "r1"}, ""};
     if (on_robot) {

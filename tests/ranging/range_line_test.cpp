@@ -78,7 +78,7 @@ protected:
         site.robots.resize(2);
         site.robots[0].id = "r1";
         site.robots[1].id = "r2";
-        site.robots[0].receiver = Receiver{};
+        site.robots[0].receivers = {Receiver{}};
         site.beacons = {{"n1", {1, 1.25, 3}, "1:25:61:61:b:0:0:42"}, {"ship", {4, 1.25, 3}, ""}};
     }
     RangeBatch read(const std::string& bytes, std::optional<Nanoseconds> arrival = 5) {

@@ -69,7 +69,7 @@ TEST(LoadSite, ReadsEverything) {
     const auto door = map_points(site.landmarks[2]);
     EXPECT_LT((door[3] - Eigen::Vector3d(0, 1.9 + 0.2, 1.6)).norm(), 1e-12) << "for who looks along +x at the door, left is +y";
     EXPECT_LT((site.robots[2].robot_from_tag.linear().col(1) - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12) << "its upper edge points to the robot's left";
-    EXPECT_EQ(site.robots[2].receiver->source, "/dev/ttyUSB0");
+    EXPECT_EQ(site.robots[2].receiver()->source, "/dev/ttyUSB0");
     EXPECT_EQ(resolved_path(site, "frames/hall"), "/somewhere/frames/hall");
     EXPECT_EQ(resolved_path(site, "rtsp://camera/1"), "rtsp://camera/1");
     EXPECT_TRUE(problem_with(loaded, "no covariance")) << "a note says that the calibration is left out";
@@ -175,8 +175,8 @@ TEST(LoadSite, ReadsDriveOdometryAndTheRangesErrorsAndWritesThemAgain) {
         EXPECT_EQ(robot.odometry->source, "wheels.csv");
         EXPECT_EQ(robot.odometry->scale_sigma, 0.03);
         EXPECT_EQ(robot.odometry->drift_sigma, 0.002);
-        EXPECT_EQ(loaded.site.robots[2].receiver->bias_sigma, 0.5);
-        EXPECT_EQ(loaded.site.robots[2].receiver->scale_sigma, 0.01);
+        EXPECT_EQ(loaded.site.robots[2].receiver()->bias_sigma, 0.5);
+        EXPECT_EQ(loaded.site.robots[2].receiver()->scale_sigma, 0.01);
     }
 }
 

@@ -22,7 +22,7 @@ public:
         site_ = hall_site(senses);
         std::get<KnownPose>(site_.cameras[1].placement).map_from_camera.covariance.setZero();
         site_.robots[0].odometry.reset();
-        site_.robots[0].receiver.reset();
+        site_.robots[0].receivers.clear();
         for (std::size_t r = 1; r < robots; ++r) {
             site_.robots.push_back(site_.robots[0]);
             site_.robots[r].id = "r" + std::to_string(r + 1);

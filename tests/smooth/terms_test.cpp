@@ -22,8 +22,8 @@ protected:
     }
     static Site hall() {
         Site site = hall_site({true, true, true, true, true});
-        site.robots[0].receiver->bias_sigma = 0.05;
-        site.robots[0].receiver->scale_sigma = 0.01;
+        site.robots[0].receivers[0].bias_sigma = 0.05;
+        site.robots[0].receivers[0].scale_sigma = 0.01;
         return site;
     }
     Pose2 pose() const {

@@ -55,8 +55,8 @@ void add_points(const FloorEvidence& evidence, const Pose2& pose, Linearised& l,
 }
 
 void add_ranges(const FloorEvidence& evidence, const Pose2& pose, Linearised& l) {
-    const Eigen::Vector3d arm = robot_from_map_rotation(pose.yaw).transpose() * evidence.receiver;
     for (const HeardRange& heard : evidence.ranges) {
+        const Eigen::Vector3d arm = robot_from_map_rotation(pose.yaw).transpose() * heard.receiver;
         const Eigen::Vector3d way = Eigen::Vector3d(pose.x, pose.y, 0) + arm - heard.beacon;
         const double distance = std::max(way.norm(), 1e-9);
         const Eigen::Vector3d along = way / distance;

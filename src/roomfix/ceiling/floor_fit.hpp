@@ -24,13 +24,13 @@ struct HeardRange {
     Eigen::Vector3d beacon;  // m, map
     double range = 0;        // m
     double sigma = 0.02;     // m
+    Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
 };
 
 struct FloorEvidence {
     const CameraOnRobot* camera = nullptr;  // may be null where `points` is empty
     std::span<const SeenPoint> points;
     std::span<const HeardRange> ranges;
-    Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
     LateModel late;
 };
 

@@ -10,10 +10,11 @@ RobotLocator::RobotLocator(const Site& site, int robot, std::optional<CameraOnRo
     : landmarks_(site.landmarks),
       shapes_(landmark_shapes(site.landmarks)),
       beacons_(site.beacons),
-      receiver_(site.robots[static_cast<std::size_t>(robot)].receiver.value_or(Receiver{}).position),
+      receivers_(site.robots[static_cast<std::size_t>(robot)].receivers),
       robot_(robot),
       camera_(std::move(camera)),
       settings_(settings) {
+    if (receivers_.empty()) receivers_.push_back(somewhere_on(site.robots[static_cast<std::size_t>(robot)]));
     for (const SiteLandmark& landmark : landmarks_) points_.push_back(map_points(landmark));
 }
 
@@ -23,7 +24,7 @@ void RobotLocator::locate(std::span<const LandmarkObservation> landmarks, std::s
     result.reason.clear();
     heard_.clear();
     for (const RangeObservation& range : ranges) {
-        if (range.robot == robot_) heard_.push_back({beacons_[static_cast<std::size_t>(range.beacon)].position, range.range, range.sigma});
+        if (range.robot == robot_) hear(range);
     }
     propose(landmarks, hints);
     std::stable_sort(hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
@@ -50,6 +51,13 @@ void RobotLocator::locate(std::span<const LandmarkObservation> landmarks, std::s
 }
 
 /// A pose for each landmark that an observation may be, and the places that were given.
+/// A range counts as no better than the receiver's own place is known.
+void RobotLocator::hear(const RangeObservation& range) {
+    const Receiver& receiver = receivers_[std::min(static_cast<std::size_t>(range.receiver), receivers_.size() - 1)];
+    const double sigma = std::hypot(range.sigma, receiver.position_sigma.maxCoeff());
+    heard_.push_back({beacons_[static_cast<std::size_t>(range.beacon)].position, range.range, sigma, receiver.position});
+}
+
 void RobotLocator::propose(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints) {
     hypotheses_.clear();
     const auto add = [&](const Pose2& pose) {
@@ -57,7 +65,7 @@ void RobotLocator::propose(std::span<const LandmarkObservation> landmarks, const
         h.place.pose = pose;
         explain(pose, landmarks, hints, h.place);
         h.score -= settings_.unexplained * static_cast<double>(landmarks.size() - h.place.landmarks.size());
-        FloorEvidence ranges{.ranges = heard_, .receiver = receiver_, .late = settings_.late};
+        FloorEvidence ranges{.ranges = heard_, .late = settings_.late};
         h.score += range_score(ranges, pose);
         hypotheses_.push_back(h);
     };
@@ -174,7 +182,7 @@ std::vector<SeenPoint> RobotLocator::seen_points(std::span<const LandmarkObserva
 bool RobotLocator::refine(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints, Hypothesis& h) {
     collect(landmarks, h.place, seen_);
     if (seen_.empty() && !landmarks.empty()) return false;
-    const FloorEvidence evidence{camera_ ? &*camera_ : nullptr, seen_, heard_, receiver_, settings_.late};
+    const FloorEvidence evidence{camera_ ? &*camera_ : nullptr, seen_, heard_, settings_.late};
     const auto fit = fit_on_floor(evidence, h.place.pose);
     if (!fit || fit->covariance.topLeftCorner<2, 2>().trace() > settings_.largest_sigma * settings_.largest_sigma) return false;
     h.place.pose = fit->pose;

@@ -67,6 +67,7 @@ private:
         double score;
         RobotPlace place;
     };
+    void hear(const RangeObservation& range);
     void propose(std::span<const LandmarkObservation> landmarks, const LocatorHints& hints);
     Pose2 pose_of(const LandmarkObservation& seen, int landmark) const;
     Pose2 laid_onto(const LandmarkObservation& seen, const std::vector<Eigen::Vector3d>& points) const;
@@ -80,7 +81,7 @@ private:
     std::vector<std::vector<Eigen::Vector3d>> points_;  // of each landmark, map
     std::vector<LandmarkShape> shapes_;
     std::vector<SiteBeacon> beacons_;
-    Eigen::Vector3d receiver_;
+    std::vector<Receiver> receivers_;  // at least one
     int robot_;
     std::optional<CameraOnRobot> camera_;
     LocatorSettings settings_;

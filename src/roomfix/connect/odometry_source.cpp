@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/text_file.hpp"
 
@@ -13,44 +14,21 @@ namespace {
 
 constexpr std::size_t most_problems = 20;
 
-std::vector<std::string_view> fields_of(std::string_view line) {
-    std::vector<std::string_view> fields;
-    while (true) {
-        const std::size_t comma = line.find(',');
-        std::string_view field = line.substr(0, comma);
-        while (!field.empty() && (field.front() == ' ' || field.front() == '\t')) field.remove_prefix(1);
-        while (!field.empty() && (field.back() == ' ' || field.back() == '\t' || field.back() == '\r')) field.remove_suffix(1);
-        fields.push_back(field);
-        if (comma == std::string_view::npos) return fields;
-        line.remove_prefix(comma + 1);
-    }
-}
-
 /// Where each value stands; -1: nowhere.
 struct Columns {
     int time = -1, robot = -1, x = -1, y = -1, yaw = -1;
 };
 
 std::optional<Columns> read_header(std::string_view line) {
-    Columns columns;
-    const auto fields = fields_of(line);
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-        const auto place = static_cast<int>(i);
-        if (fields[i] == "time") columns.time = place;
-        if (fields[i] == "robot") columns.robot = place;
-        if (fields[i] == "x") columns.x = place;
-        if (fields[i] == "y") columns.y = place;
-        if (fields[i] == "yaw") columns.yaw = place;
-    }
+    const auto fields = csv_fields(line);
+    const Columns columns{csv_column(fields, "time"), csv_column(fields, "robot"), csv_column(fields, "x"), csv_column(fields, "y"), csv_column(fields, "yaw")};
     if (columns.time < 0 || columns.x < 0 || columns.y < 0 || columns.yaw < 0) return std::nullopt;
     return columns;
 }
 
 Result<OdometryObservation> read_line(std::string_view line, const Columns& columns, const Site& site, int robot) {
-    const auto fields = fields_of(line);
-    const auto field = [&](int column) {
-        return static_cast<std::size_t>(column) < fields.size() ? fields[static_cast<std::size_t>(column)] : std::string_view();
-    };
+    const auto fields = csv_fields(line);
+    const auto field = [&](int column) { return csv_field(fields, column); };
     OdometryObservation pose;
     const auto time = parse_seconds(field(columns.time));
     if (!time) return Error{fmt::format("'{}' is no time in seconds", field(columns.time))};

@@ -19,13 +19,13 @@ namespace roomfix {
 
 bool is_live_range_source(const std::string& source) { return source.starts_with("/dev/"); }
 
-Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot) {
+Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot, int receiver) {
     std::ifstream stream(file, std::ios::binary);
     std::ostringstream text;
     std::error_code failure;
     if (!stream || std::filesystem::is_directory(file, failure)) return Error{fmt::format("{}: no ranges can be read from there: check the name", file)};
     text << stream.rdbuf();
-    RangeReader reader(site, robot);
+    RangeReader reader(site, robot, receiver);
     RangeBatch batch;
     reader.feed(text.str(), std::nullopt, batch);
     reader.finish(std::nullopt, batch);

@@ -14,7 +14,7 @@ bool is_live_range_source(const std::string& source);
 
 /// All ranges of a recorded file, in the order of their times: CSV, JSON lines, or a log of Cricket lines. Bad lines are in
 /// `problems`, with the file's name. An error if the file cannot be read.
-Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot);
+Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot, int receiver = 0);
 
 /// A serial line at 115200 baud, 8N1, raw: what a Cricket listener speaks.
 class SerialLine {

@@ -73,14 +73,26 @@ double worst_sigma(const Eigen::Matrix2d& covariance) {
     return std::sqrt(mean + half);
 }
 
-void forget_slow(Belief& belief, double seconds) {
+void forget_slow(Belief& belief, double seconds, double metres) {
+    StateVector keep;
+    keep.head(core_states).setOnes();
+    bool forgets = false;
     for (int i = core_states; i < belief.size; ++i) {
         const SlowState& slow = belief.slow[static_cast<std::size_t>(i - core_states)];
-        const double keep = std::exp(-seconds * slow.per_second);
-        belief.mean[i] *= keep;
-        belief.covariance.row(i).head(belief.size) *= keep;
-        belief.covariance.col(i).head(belief.size) *= keep;
-        belief.covariance(i, i) += (1 - keep * keep) * slow.variance;
+        const double over = seconds * slow.per_second + metres * slow.per_metre;
+        // Many have the same memory.
+        const bool as_before = i > core_states && over == seconds * belief.slow[static_cast<std::size_t>(i - core_states - 1)].per_second +
+                                                              metres * belief.slow[static_cast<std::size_t>(i - core_states - 1)].per_metre;
+        keep[i] = as_before ? keep[i - 1] : std::exp(-over);
+        forgets |= keep[i] != 1;
+    }
+    if (!forgets) return;
+    for (int j = core_states; j < belief.size; ++j) {
+        belief.mean[j] *= keep[j];
+        auto column = belief.covariance.col(j).head(belief.size);
+        column = keep[j] * column.cwiseProduct(keep.head(belief.size));
+        belief.covariance.row(j).head(core_states) = belief.covariance.col(j).head(core_states).transpose();
+        belief.covariance(j, j) += (1 - keep[j] * keep[j]) * belief.slow[static_cast<std::size_t>(j - core_states)].variance;
     }
 }
 

@@ -19,8 +19,12 @@ constexpr int most_states = core_states + most_slow_states;
 
 /// Errors of sensors that change slowly and are estimated along with the robot.
 enum class SlowKind : std::uint8_t {
-    range_bias,      // m, of one beacon, `component` is its index; -1: of all beacons alike
+    range_bias,      // m, of one beacon, `component` is its index; -1: of all beacons alike; `source` is the receiver, or the detector
+    range_wander,    // m, of one beacon, what changes with the place; as before
     range_scale,     // how much longer all ranges are than the way, as a part of it
+    bearing_bias,    // rad, of a detector's bearings to all landmarks alike
+    bearing_wander,  // rad, of those to one landmark, what changes with the place
+    receiver_place,  // m, along one of the robot's axes, which `component` is; `source` is the receiver
     time_offset,     // s, how much later than stated a camera's pictures were taken
     calibration,     // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
     landmark_place,  // 1, of a landmark's position: x, y, z, in units of its standard deviation; `source` is its index
@@ -34,6 +38,7 @@ struct SlowState {
     int component = 0;
     double variance = 1;    // of its value when nothing is known
     double per_second = 0;  // 1 / s, how fast it forgets
+    double per_metre = 0;   // 1 / m, the same along the robot's way
 };
 
 using StateVector = Eigen::Matrix<double, most_states, 1>;
@@ -92,7 +97,7 @@ std::optional<int> find_slow(const Belief& belief, SlowKind kind, int source, in
 /// makes some.
 int ensure_slow(Belief& belief, const SlowState& state);
 
-/// Lets slow states forget over a time (s).
-void forget_slow(Belief& belief, double seconds);
+/// Lets slow states forget over a time (s) and a way (m).
+void forget_slow(Belief& belief, double seconds, double metres);
 
 }  // namespace roomfix

@@ -25,6 +25,34 @@ Track& track_of(Account& account, int robot, const Group& group) {
     return account.tracks.back();
 }
 
+/// What a robot's own receivers or detector say.
+bool is_heard(const Event& event) {
+    return std::holds_alternative<RangeObservation>(event.what) || std::holds_alternative<RangeDifferenceObservation>(event.what) ||
+           std::holds_alternative<SightingObservation>(event.what);
+}
+
+bool followed(const GroupState& state, int robot) {
+    return std::any_of(state.accounts.begin(), state.accounts.end(), [&](const Account& account) {
+        return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
+    });
+}
+
+/// Looks for one of several look-alikes in what it hears; where it is found, all accounts have it.
+void seek(GroupState& state, const Event& event, const TrackingModels& models) {
+    const int robot = robot_of(event);
+    auto sought = std::find_if(state.sought.begin(), state.sought.end(), [&](const Track& t) { return t.robot == robot; });
+    if (sought == state.sought.end()) {
+        Track track;
+        track.robot = robot;
+        track.named = true;
+        sought = state.sought.insert(state.sought.end(), track);
+    }
+    take(*sought, event, models);
+    if (!sought->alive()) return;
+    for (Account& account : state.accounts) account.tracks.push_back(*sought);
+    state.sought.erase(sought);
+}
+
 /// Yaw of a robot that shows none: where it drives, unless it drives any way.
 void course_as_yaw(const Belief& belief, bool any_way, Fix& fix) {
     const Eigen::Vector2d velocity = belief.mean.segment<2>(state_vx);
@@ -61,15 +89,15 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     const Belief& best = track.belief.best();
     const double sigma = worst_sigma(best.covariance.topLeftCorner<2, 2>());
     const bool hardly_known = track.hardly_known(time, settings.ok);
-    if (sigma > settings.lost || hardly_known) {
-        fix.reason = sigma > settings.lost ? fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma)
+    if (sigma > models.site.lost || hardly_known) {
+        fix.reason = sigma > models.site.lost ? fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma)
                                            : "it was seen for a moment only";
         return fix;
     }
     fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
     fix.pose = {best.mean[0], best.mean[1], wrap_angle(best.mean[state_yaw])};
     fix.covariance = best.pose_covariance() + spread_around_best(track.belief);
-    if (track.belief.best_weight() < sure_of_place && worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > settings.lost) {
+    if (track.belief.best_weight() < sure_of_place && worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > models.site.lost) {
         fix.reason = fmt::format("{} places are possible, the likeliest by {:.0f} %", track.belief.hypotheses.size(), 100 * track.belief.best_weight());
         fix.status = FixStatus::none;
         return fix;
@@ -78,7 +106,7 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     if (!fix.yaw_known) {
         // Ranges tell where the receiver is; the robot's middle is somewhere around it.
         const auto robot = static_cast<std::size_t>(track.robot);
-        const double arm = models.ranges[robot].receiver.head<2>().squaredNorm();
+        const double arm = models.receiver(track.robot).receiver.head<2>().squaredNorm();
         const auto heard = [&](const SourceHealth& s) { return s.source == models.range_source && to_seconds(time - s.seen) < settings.ok; };
         if (std::any_of(track.sources.begin(), track.sources.end(), heard)) fix.covariance.topLeftCorner<2, 2>() += 0.5 * arm * Eigen::Matrix2d::Identity();
         course_as_yaw(best, models.motion[robot].drive == Drive::holonomic, fix);
@@ -176,6 +204,7 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
         take_frame(state, *frame, event, group, models);
         return;
     }
+    if (!group.alone() && is_heard(event) && !followed(state, robot_of(event))) return seek(state, event, models);
     std::vector<double> before;
     for (Account& account : state.accounts) {
         before.push_back(account.log_weight);

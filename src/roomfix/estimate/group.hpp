@@ -34,6 +34,7 @@ struct Account {
 /// names do not change back and forth where nothing tells robots apart.
 struct GroupState {
     std::vector<Account> accounts = {Account{}};
+    std::vector<Track> sought;  // robots that are heard or detect something, but have not been found
     int numbers_given = 0;
     double conviction = 0;  // nats that evidence may still turn the balance between accounts ...
     Nanoseconds told = 0;   // ... at this time

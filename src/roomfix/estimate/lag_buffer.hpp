@@ -44,6 +44,22 @@ public:
         if (from != events_.end()) redo_from_place(from - events_.begin(), step);
     }
 
+    /// What is known of the past has changed: `change(state)` makes the state what it was after all events up to `time`; the later ones run again. Nothing
+    /// happens where the buffer does not reach that far back.
+    template <class Change, class Step>
+    void restart(Nanoseconds time, const Change& change, const Step& step) {
+        if (time < reach_) return;
+        const auto end = std::upper_bound(events_.begin() + first_, events_.end(), time, [](Nanoseconds t, const Event& e) { return t < e.time; });
+        State state = at(time, step);
+        change(state);
+        first_ = end - events_.begin();
+        reach_ = time;
+        checkpoints_.clear();
+        checkpoints_.push_back({first_, state});
+        state_ = state;
+        run_to_end(step, first_);
+    }
+
     /// The state after the newest event.
     const State& newest() const { return state_; }
     bool empty() const { return events_.empty(); }

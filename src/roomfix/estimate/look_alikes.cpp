@@ -135,7 +135,7 @@ void drop_lost(Account& account, Nanoseconds time, const TrackingModels& models)
     const TrackerSettings& settings = models.settings;
     std::erase_if(account.tracks, [&](const Track& t) {
         const double unseen = to_seconds(time - t.seen);
-        if (t.named) return unseen > settings.forget && t.belief.best().place_sigma() > 2 * settings.lost;
+        if (t.named) return unseen > settings.forget && t.belief.best().place_sigma() > 2 * models.site.lost;
         return unseen > (t.number == 0 ? 2 * settings.ok : settings.forget);
     });
 }
@@ -160,7 +160,7 @@ std::vector<int> free_robots(const Account& account, Nanoseconds time, const Gro
     std::vector<int> free;
     for (const int robot : group.robots) {
         const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
-        if (known == account.tracks.end() || known->belief.best().place_sigma() > models.settings.lost || known->hardly_known(time, models.settings.ok))
+        if (known == account.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
             free.push_back(robot);
     }
     return free;

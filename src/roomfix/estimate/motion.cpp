@@ -92,7 +92,7 @@ void predict(Belief& belief, double seconds, const MotionModel& model) {
     noise(state_yaw, state_turn) = noise(state_turn, state_yaw) = dt * dt / 2 * twist;
     noise(state_turn, state_turn) = dt * twist;
     propagate(belief, f, noise);
-    forget_slow(belief, dt);
+    forget_slow(belief, dt, dt * velocity.norm());
 }
 
 void predict(Belief& belief, const OdometryStep& step, const OdometryNoise& noise) {
@@ -134,7 +134,7 @@ void predict(Belief& belief, const OdometryStep& step, const OdometryNoise& nois
     propagate(belief, f, q);
     belief.covariance(state_scale, state_scale) += noise.scale_walk * noise.scale_walk * dt;
     belief.covariance(state_drift, state_drift) += noise.drift_walk * noise.drift_walk * dt;
-    forget_slow(belief, dt);
+    forget_slow(belief, dt, length);
 }
 
 }  // namespace roomfix

@@ -1,6 +1,7 @@
 #include "roomfix/estimate/range_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace roomfix {
@@ -35,8 +36,6 @@ Eigen::Vector3d arm_of(const Belief& belief, const RangeSource& source) {
     return belief.yaw_known() ? source.receiver : Eigen::Vector3d(0, 0, source.receiver.z());
 }
 
-constexpr double own_part = 0.25;  // of the bias: what beacons do not have in common
-
 }  // namespace
 
 PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
@@ -47,33 +46,61 @@ PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver,
     return {range, {way.x() / range, way.y() / range, (way.y() * arm.x() - way.x() * arm.y()) / range}};
 }
 
+RangeSource learned(RangeSource source, const RangeErrors& errors) {
+    source.factor *= errors.factor;
+    source.bias_sigma = std::max(source.bias_sigma, errors.common);
+    source.own_sigma = std::max(source.own_sigma, errors.own);
+    source.scale_sigma = std::max(source.scale_sigma, errors.scale);
+    source.wander_sigma = errors.wander;
+    return source;
+}
+
 void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
     const double forget = 1 / source.bias_memory;
     const auto squared = [](double v) { return v * v; };
-    if (source.bias_sigma > 0) {
-        ensure_slow(belief, {SlowKind::range_bias, 0, all_beacons, squared(source.bias_sigma), forget});
-        ensure_slow(belief, {SlowKind::range_bias, 0, beacon, squared(own_part * source.bias_sigma), forget});
+    if (source.bias_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, all_beacons, squared(source.bias_sigma), forget});
+    if (source.own_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, beacon, squared(source.own_sigma), forget});
+    if (source.wander_sigma > 0) ensure_slow(belief, {SlowKind::range_wander, source.number, beacon, squared(source.wander_sigma), 0, 1 / source.wander_way});
+    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, source.number, 0, squared(source.scale_sigma), forget});
+    for (int axis = 0; axis < 3; ++axis) {
+        if (source.receiver_sigma[axis] > 0) ensure_slow(belief, {SlowKind::receiver_place, source.number, axis, squared(source.receiver_sigma[axis])});
     }
-    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, 0, 0, squared(source.scale_sigma), forget});
 }
 
 PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int beacon, const Eigen::Vector3d& position, const RangeSource& source) {
-    const PredictedRange exact = predict_range(at, arm_of(belief, source), position);
+    Eigen::Vector3d arm = arm_of(belief, source);
+    std::array<std::optional<int>, 3> places;
+    if (!source.receiver_sigma.isZero(0)) {
+        for (int axis = belief.yaw_known() ? 0 : 2; axis < 3; ++axis) {
+            places[static_cast<std::size_t>(axis)] = find_slow(belief, SlowKind::receiver_place, source.number, axis);
+            if (const auto& place = places[static_cast<std::size_t>(axis)]) arm[axis] += belief.mean[*place];
+        }
+    }
+    const PredictedRange exact = predict_range(at, arm, position);
     PredictedValue predicted;
     const auto depends = [&](int state, double derivative) {
         predicted.by_state[static_cast<Eigen::Index>(predicted.states.size())] = derivative;
         predicted.states.push_back(state);
     };
-    const auto scale = find_slow(belief, SlowKind::range_scale, 0, 0);
+    const auto scale = find_slow(belief, SlowKind::range_scale, source.number, 0);
     const double stretch = scale ? 1 + belief.mean[*scale] : 1;
     predicted.value = stretch * exact.range;
     for (int i = 0; i < 3; ++i) depends(i, stretch * exact.by_pose[i]);
     if (scale) depends(*scale, exact.range);
-    for (const int component : {all_beacons, beacon}) {
-        const auto bias = find_slow(belief, SlowKind::range_bias, 0, component);
-        if (!bias) continue;
+    const auto add_bias = [&](SlowKind kind, int component) {
+        const auto bias = find_slow(belief, kind, source.number, component);
+        if (!bias) return;
         depends(*bias, 1);
         predicted.value += belief.mean[*bias];
+    };
+    add_bias(SlowKind::range_bias, all_beacons);
+    add_bias(SlowKind::range_bias, beacon);
+    add_bias(SlowKind::range_wander, beacon);
+    const double c = std::cos(at.yaw), s = std::sin(at.yaw);
+    const Eigen::Vector3d by_arm(c * exact.by_pose.x() + s * exact.by_pose.y(), -s * exact.by_pose.x() + c * exact.by_pose.y(),
+                                 (arm.z() - position.z()) / exact.range);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (places[axis]) depends(*places[axis], stretch * by_arm[static_cast<Eigen::Index>(axis)]);
     }
     return predicted;
 }
@@ -93,7 +120,7 @@ PredictedValue predict_difference(const Belief& belief, const Pose2& at, const E
 Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
     add_slow_states(belief, observation.beacon, source);
     const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_measured_range(taken, at, observation.beacon, beacon, source); };
-    const auto measure = [&](const Gaussian1& prior) { return measure_range(prior, observation.range, observation.sigma, source.late); };
+    const auto measure = [&](const Gaussian1& prior) { return measure_range(prior, observation.range, source.factor * observation.sigma, source.late); };
     return update_twice(belief, observation.range, predict, measure);
 }
 
@@ -102,7 +129,7 @@ Surprise update_difference(Belief& belief, const RangeDifferenceObservation& obs
     const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_difference(taken, at, first, second, source); };
     const Pose2 pose = belief.pose();
     const double nearest = std::min(predict_range(pose, source.receiver, first).range, predict_range(pose, source.receiver, second).range);
-    const auto measure = [&](const Gaussian1& prior) { return measure_difference(prior, observation.difference, observation.sigma, source.late); };
+    const auto measure = [&](const Gaussian1& prior) { return measure_difference(prior, observation.difference, source.factor * observation.sigma, source.late); };
     return update_twice(belief, nearest, predict, measure);
 }
 

@@ -1,20 +1,32 @@
 // Ranges and range differences from a receiver on the robot to beacons.
 #pragma once
 
+#include "roomfix/estimate/sense_noise.hpp"
 #include "roomfix/estimate/update.hpp"
 #include "roomfix/observation/range_observation.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
-/// What is known of the ranges of one robot.
+/// What is known of the ranges that one receiver hears.
 struct RangeSource {
     Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
     LateModel late;
-    double bias_sigma = 0;     // m: how far all ranges may be off, and a quarter of that those of each beacon; 0: not at all
+    double bias_sigma = 0;     // m: how far all ranges may be off; 0: not at all
     double scale_sigma = 0;    // part of the range by which they may be too long or short: a wrong speed of sound, a wrong clock
     double bias_memory = 600;  // s: over that time these change
+    double own_sigma = 0;      // m: how far those to one beacon may be off besides
+    double wander_sigma = 0;   // m: what changes with the place
+    double wander_way = 1;     // m: over that way it is another
+    double factor = 1;         // times the stated sigma of a range
+    int number = 0;            // of the receiver
+    Eigen::Vector3d receiver_sigma = Eigen::Vector3d::Zero();  // m, along each axis of the robot
 };
+
+constexpr double own_part = 0.25;  // of a stated bias: what beacons do not have in common
+
+/// With the errors that were learned.
+RangeSource learned(RangeSource source, const RangeErrors& errors);
 
 /// A predicted range with its derivatives by the pose.
 struct PredictedRange {

@@ -18,6 +18,14 @@ constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
 constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
 constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
 
+constexpr double search_often = 1;               // s between searches for a robot that is not found yet
+constexpr double search_again = 5;               // s between searches for one whose senses contradict where it should be
+constexpr double memory_of_agreement = 20;       // observations
+constexpr double disagreement = 0.25;            // mean probability of being right: less, and its place is sought anew
+constexpr std::size_t enough_heard = 20;
+constexpr std::size_t kept_until_found = 600;
+constexpr std::size_t kept_while_found = 60;
+
 Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
     const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
     return {settings.outliers, settings.gate + 2 * dimensions, -std::log(spread)};
@@ -115,7 +123,8 @@ double mixed(const RobotBelief& belief, const std::vector<double>& evidence) {
 
 /// Updates every hypothesis by `update_one(belief)` -> optional<Surprise>, weighs them, and judges the source.
 template <class UpdateOne>
-double take_with(Track& track, int source, const std::vector<PlaceProposal>& proposals, const TrackingModels& models, const UpdateOne& update_one) {
+double take_with(Track& track, int source, const std::vector<PlaceProposal>& proposals, const TrackingModels& models, const UpdateOne& update_one,
+                 double* right = nullptr) {
     const TrackerSettings& settings = models.settings;
     const bool judgeable = confirmed_otherwise(track, source);
     SourceHealth& health = health_of(track, source);
@@ -124,7 +133,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
     Surprise best;
     double distance = 0;
     // Where nobody knows better, even a source in quarantine is better than none.
-    const bool quarantined = health.quarantined && track.belief.best().place_sigma() < settings.lost;
+    const bool quarantined = health.quarantined && track.belief.best().place_sigma() < models.site.lost;
     for (std::size_t i = 0; i < track.belief.hypotheses.size(); ++i) {
         Belief& belief = track.belief.hypotheses[i].belief;
         std::optional<Surprise> surprise;
@@ -141,6 +150,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
             distance = proposals.empty() ? 0 : std::hypot(proposals[0].pose.x - belief.mean[0], proposals[0].pose.y - belief.mean[1]);
         }
     }
+    if (right != nullptr) *right = best.right;
     judge(health, track.time, best, distance, judgeable, settings);
     if (quarantined) return 0;
     const double together = mixed(track.belief, evidence);
@@ -217,6 +227,29 @@ void take_places(Track& track, const PlaceSighting& seen, const TrackingModels& 
 
 }  // namespace
 
+std::optional<double> sigma_of(const SlowState& slow, const Track& track, const TrackingModels& models) {
+    constexpr int of_all = -1;
+    const bool detected = slow.source >= of_detector;
+    const DetectorSource detector = learned(models.detectors[static_cast<std::size_t>(track.robot)], track.noise);
+    const RangeSource receiver = learned(models.receiver(track.robot, detected ? 0 : slow.source), track.noise.receiver);
+    switch (slow.kind) {
+        case SlowKind::range_bias:
+            if (slow.component == of_all) return detected ? detector.range_common : receiver.bias_sigma;
+            return detected ? detector.range_own : receiver.own_sigma;
+        case SlowKind::range_wander: return detected ? detector.range_wander : receiver.wander_sigma;
+        case SlowKind::range_scale: return detected ? detector.range_scale : receiver.scale_sigma;
+        case SlowKind::bearing_bias: return detector.bearing_common;
+        case SlowKind::bearing_wander: return detector.bearing_wander;
+        default: return std::nullopt;
+    }
+}
+
+std::string why_not_found(const Track& track, const TrackingModels& models) {
+    if (track.heard.empty()) return "nothing was heard or seen of it";
+    const StartPlaces found = search_start(track.heard, track.robot, models, models.settings.start_patience);
+    return found.reason.empty() ? "it was found only at the very end" : found.reason;
+}
+
 SourceHealth& health_of(Track& track, int source) {
     for (SourceHealth& health : track.sources) {
         if (health.source == source) return health;
@@ -237,6 +270,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
     if (time <= track.time) return;
     const auto robot = static_cast<std::size_t>(track.robot);
     const MotionModel& motion = models.motion[robot];
+    const OdometryNoise wheels = learned(models.wheels[robot], track.noise);
     track.budget = std::min(most_budget, track.budget + models.settings.conviction * to_seconds(time - track.time));
     const bool several = track.belief.hypotheses.size() > 1;
     while (track.time < time) {
@@ -246,7 +280,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
         const double seconds = to_seconds(piece.end - track.time);
         for (Hypothesis& h : track.belief.hypotheses) {
             if (piece.driven) {
-                predict(h.belief, piece.step, models.settings.odometry);
+                predict(h.belief, piece.step, wheels);
                 continue;
             }
             predict(h.belief, seconds, motion);
@@ -310,6 +344,52 @@ double take_pose(Track& track, const PoseObservation& observation, int source, c
     });
 }
 
+/// Noise of the robot's senses as the search for its place found it: what is left over is larger than stated, and partly the same for all.
+void expect_errors(RangeErrors& errors, const StartPlaces& found, double stated) {
+    constexpr double much = 1.5;  // times what is stated: less is chance
+    if (found.error < much * stated) return;
+    errors.factor = std::max(errors.factor, found.error / stated);
+    errors.common = std::max({errors.common, found.error, std::abs(found.bias)});
+    errors.own = std::max(errors.own, 0.5 * found.error);
+    errors.wander = std::max(errors.wander, 0.5 * found.error);
+}
+
+/// Seeks the robot's place in what it heard; not too often, since it takes time.
+StartPlaces seek(Track& track, const TrackingModels& models) {
+    track.searched = time_of(track.heard.back());
+    return search_start(track.heard, track.robot, models, models.settings.start_patience);
+}
+
+void find_again(Track& track, const TrackingModels& models) {
+    if (to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
+    const StartPlaces found = seek(track, models);
+    track.agreement = 1;
+    if (!found.places.empty()) add_places(track, found.places, models.settings.kidnapping, models);
+}
+
+/// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
+template <class Observation>
+bool hear(Track& track, const Observation& o, const TrackingModels& models) {
+    if (track.heard.size() >= (track.alive() ? kept_while_found : kept_until_found)) {
+        track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(track.heard.size() / 2));
+    }
+    track.heard.push_back(o);
+    if (track.alive()) return true;
+    const double waited = to_seconds(o.time - time_of(track.heard.front()));
+    if (to_seconds(o.time - track.searched) < std::max(search_often, 0.1 * waited)) return false;
+    const StartPlaces found = seek(track, models);
+    if (found.places.empty()) return false;
+    const std::vector<Heard> heard = track.heard;
+    start(track, found.places, o.time, models);
+    if constexpr (std::is_same_v<Observation, SightingObservation>) {
+        if (o.range) expect_errors(track.noise.detector, found, o.range_sigma);
+    } else {
+        expect_errors(track.noise.receiver, found, o.sigma);
+    }
+    track.agreement = 1;
+    return false;
+}
+
 /// Is a sighting that names places to be the track's start? At first, and after so long unseen that what is believed says nothing.
 bool begins(const Track& track, const TrackingModels& models) { return !track.alive() || track.belief.best().place_sigma() > models.settings.anywhere; }
 
@@ -322,11 +402,19 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
         }
         return 0.0;
     };
+    const auto own_sense = [&](const auto& update_one) {
+        double right = 0;
+        const double evidence = take_with(track, event.source, {}, models, update_one, &right);
+        track.agreement += (right - track.agreement) / memory_of_agreement;
+        if (track.agreement < disagreement) find_again(track, models);
+        return evidence;
+    };
     struct Visitor {
         Track& track;
         const Event& event;
         const TrackingModels& models;
         const decltype(fuse)& fuse_with;
+        const decltype(own_sense)& by_own_sense;
 
         double operator()(const PoseObservation& o) const {
             if (!begins(track, models)) return take_pose(track, o, event.source, models);
@@ -352,17 +440,22 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             return fuse_with(s.proposals, [&](Belief& b) { return take_corners(b, s, event.source, models); });
         }
         double operator()(const RangeObservation& o) const {
-            if (!track.alive()) return 0;
+            if (!hear(track, o, models)) return 0;
             const auto& beacon = models.site.beacons[static_cast<std::size_t>(o.beacon)].position;
-            const RangeSource& source = models.ranges[static_cast<std::size_t>(track.robot)];
-            return fuse_with({}, [&](Belief& b) -> std::optional<Surprise> { return update_range(b, o, beacon, source); });
+            const RangeSource source = learned(models.receiver(track.robot, o.receiver), track.noise.receiver);
+            return by_own_sense([&](Belief& b) -> std::optional<Surprise> { return update_range(b, o, beacon, source); });
         }
         double operator()(const RangeDifferenceObservation& o) const {
-            if (!track.alive()) return 0;
+            if (!hear(track, o, models)) return 0;
             const auto& first = models.site.beacons[static_cast<std::size_t>(o.beacons[0])].position;
             const auto& second = models.site.beacons[static_cast<std::size_t>(o.beacons[1])].position;
-            const RangeSource& source = models.ranges[static_cast<std::size_t>(track.robot)];
-            return fuse_with({}, [&](Belief& b) -> std::optional<Surprise> { return update_difference(b, o, first, second, source); });
+            const RangeSource source = learned(models.receiver(track.robot, o.receiver), track.noise.receiver);
+            return by_own_sense([&](Belief& b) -> std::optional<Surprise> { return update_difference(b, o, first, second, source); });
+        }
+        double operator()(const SightingObservation& o) const {
+            if (!hear(track, o, models)) return 0;
+            const DetectorSource source = learned(models.detectors[static_cast<std::size_t>(track.robot)], track.noise);
+            return by_own_sense([&](Belief& b) { return update_sighting(b, o, models.marks, source, models.settings.outliers); });
         }
         double operator()(const PlaceSighting& s) const {
             if (track.alive()) take_places(track, s, models);
@@ -371,7 +464,7 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
         }
         double operator()(const TimePassed&) const { return 0; }
     };
-    return std::visit(Visitor{track, event, models, fuse}, event.what);
+    return std::visit(Visitor{track, event, models, fuse, own_sense}, event.what);
 }
 
 }  // namespace roomfix

@@ -1,11 +1,14 @@
 // One robot under way: what is believed of it, and how each kind of observation changes that.
 #pragma once
 
+#include <array>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "roomfix/estimate/event.hpp"
 #include "roomfix/estimate/robot_belief.hpp"
+#include "roomfix/estimate/start_search.hpp"
 #include "roomfix/estimate/tracking_models.hpp"
 
 namespace roomfix {
@@ -44,6 +47,10 @@ struct Track {
     double presence = 1;              // part of the last frames of its cameras that showed it
     double budget = most_budget;      // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
+    SenseNoise noise;                   // of its own senses, as learned
+    std::vector<Heard> heard;           // lately by its receivers and its detector: all until it is found, then some
+    double agreement = 1;               // smoothed probability that what it hears is right
+    Nanoseconds searched = never;       // when its place was last sought from what it heard
 
     bool alive() const { return !belief.hypotheses.empty(); }
     /// Not seen for longer than it was seen: perhaps it never was there.
@@ -64,6 +71,12 @@ std::vector<PlaceProposal> places_of(const PoseObservation& observation);
 double take(Track& track, const Event& event, const TrackingModels& models);
 /// The same for one robot of a frame. `certain`: that it is this one has been settled elsewhere.
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain = false);
+
+/// Standard deviation that a slow error of the robot's own senses has by what was learned; nothing if it is no such error.
+std::optional<double> sigma_of(const SlowState& slow, const Track& track, const TrackingModels& models);
+
+/// Why a robot that was heard has not been found yet, in words.
+std::string why_not_found(const Track& track, const TrackingModels& models);
 
 /// Health of a source within a track, added if it is not there.
 SourceHealth& health_of(Track& track, int source);

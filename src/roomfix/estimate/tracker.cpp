@@ -59,6 +59,7 @@ Tracker::Tracker(const Site& site, const TrackerSettings& settings) : models_(si
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         for (const int robot : groups_[g].robots) group_of_[static_cast<std::size_t>(robot)] = g;
         buffers_.emplace_back(start_state(groups_[g]), settings.lag);
+        learners_.emplace_back();
     }
 }
 
@@ -96,6 +97,7 @@ void Tracker::add(std::size_t group, const Event& event) {
             if (std::holds_alternative<TimePassed>(event.what)) break;
             ++counts_.used;
             if (history_) history_->events.push_back({group, event});
+            learn(group, event);
             break;
         case Taken::late:
             ++counts_.late;
@@ -104,6 +106,45 @@ void Tracker::add(std::size_t group, const Event& event) {
             ++counts_.twice;
             break;
     }
+}
+
+/// A robot that is like no other: how its own senses err is learned from time to time, and what was made of them lately is made anew.
+void Tracker::learn(std::size_t group, const Event& event) {
+    if (!groups_[group].alone()) return;
+    const int robot = groups_[group].robots.front();
+    const auto r = static_cast<std::size_t>(robot);
+    if (models_.site.robots[r].receivers.empty() && !models_.site.robots[r].detector && models_.driven[r].empty()) return;
+    const Track& now = buffers_[group].newest().accounts.front().tracks.front();
+    if (!now.alive()) return;
+    NoiseLearner& learner = learners_[group];
+    if (!learner.follows(now)) return learner.begin(now);
+    learner.add(event);
+    const Nanoseconds until = buffers_[group].newest_time() - models_.settings.lag;
+    if (!learner.due(until)) return;
+    const Track learned = learner.learn(until, models_);
+    buffers_[group].restart(
+        until, [&](GroupState& state) { state.accounts.front().tracks.front() = learned; },
+        [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
+}
+
+TrackingModels Tracker::learned_models() const {
+    TrackingModels models = models_;
+    for (const Buffer& buffer : buffers_) {
+        for (const Track& track : buffer.newest().accounts.front().tracks) {
+            if (track.named) models.learn(track.robot, track.noise);
+        }
+    }
+    return models;
+}
+
+std::string Tracker::why_not_found(int robot) const {
+    const Track* found = track(robot);
+    if (found != nullptr) return "";
+    const auto group = group_of(robot);
+    for (const Track& one : buffers_[group].newest().accounts.front().tracks) {
+        if (one.robot == robot && !one.alive()) return roomfix::why_not_found(one, models_);
+    }
+    return "it was not seen";
 }
 
 /// Does a robot of its own look surely stand where this look-alike is seen? Then it is that robot, badly seen.
@@ -175,7 +216,7 @@ void Tracker::hear(const RangeObservation& range) {
         ++counts_.impossible;
         return;
     }
-    if (plausible_time(range.time)) add(group_of(range.robot), {range.time, models_.range_source, 1 + range.beacon, range});
+    if (plausible_time(range.time)) add(group_of(range.robot), {range.time, models_.range_source, 1 + range.beacon + range.receiver * static_cast<int>(models_.site.beacons.size()), range});
 }
 
 void Tracker::hear(const RangeDifferenceObservation& difference) {
@@ -187,6 +228,20 @@ void Tracker::hear(const RangeDifferenceObservation& difference) {
     }
     const int key = -1 - a - b * static_cast<int>(models_.site.beacons.size());
     if (plausible_time(difference.time)) add(group_of(difference.robot), {difference.time, models_.range_source, key, difference});
+}
+
+void Tracker::detect(const SightingObservation& sighting) {
+    const auto landmarks = static_cast<int>(models_.site.landmarks.size());
+    const bool range = !sighting.range || (*sighting.range > 0 && *sighting.range < farthest && is_sigma(sighting.range_sigma));
+    const bool bearing = !sighting.bearing || (std::abs(*sighting.bearing) < 10 && is_sigma(sighting.bearing_sigma));
+    if (!knows_robot(sighting.robot) || sighting.landmark >= landmarks || !range || !bearing || (!sighting.range && !sighting.bearing)) {
+        ++counts_.impossible;
+        return;
+    }
+    if (!plausible_time(sighting.time)) return;
+    // Without names two of one moment differ in what they say.
+    const auto what = static_cast<int>(std::lround(1e4 * (sighting.range.value_or(0) + 7 * sighting.bearing.value_or(0))));
+    add(group_of(sighting.robot), {sighting.time, models_.sighting_source, sighting.landmark >= 0 ? sighting.landmark : landmarks + std::abs(what), sighting});
 }
 
 void Tracker::drive(const OdometryObservation& odometry) {
@@ -212,7 +267,18 @@ void Tracker::drive(const OdometryObservation& odometry) {
     if (!buffers_[group].empty() && odometry.time - buffers_[group].newest_time() > longest_silence) {
         add(group, {odometry.time, models_.wheel_source, odometry.robot, TimePassed{odometry.robot}});
     }
-    driven.forget_before(buffers_[group].empty() ? *newest_ - 4 * models_.settings.lag : buffers_[group].reach());
+    driven.forget_before(needed_from(group));
+}
+
+/// The time before which a group's odometry is not needed any more.
+Nanoseconds Tracker::needed_from(std::size_t group) const {
+    constexpr Nanoseconds longest_start = 120'000'000'000;  // ns that a robot may hear before it is found
+    if (buffers_[group].empty()) return *newest_ - 4 * models_.settings.lag;
+    const auto& tracks = buffers_[group].newest().accounts.front().tracks;
+    Nanoseconds needed = buffers_[group].reach();
+    if (groups_[group].alone() && !tracks.front().alive()) needed = std::min(needed, *newest_ - longest_start);
+    if (groups_[group].alone() && learners_[group].follows(tracks.front())) needed = std::min(needed, learners_[group].reach());
+    return needed;
 }
 
 void Tracker::propose(Nanoseconds time, const std::string& source, const PlaceSighting& places) {

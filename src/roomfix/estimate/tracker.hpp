@@ -9,6 +9,7 @@
 
 #include "roomfix/estimate/group.hpp"
 #include "roomfix/estimate/lag_buffer.hpp"
+#include "roomfix/estimate/noise_learner.hpp"
 #include "roomfix/estimate/tracking_models.hpp"
 #include "roomfix/observation/odometry_observation.hpp"
 
@@ -55,6 +56,7 @@ public:
     void see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting);
     void hear(const RangeObservation& range);
     void hear(const RangeDifferenceObservation& difference);
+    void detect(const SightingObservation& sighting);
     void drive(const OdometryObservation& odometry);
     /// Where a robot may be, found from several observations together: tracking starts or recovers there.
     void propose(Nanoseconds time, const std::string& source, const PlaceSighting& places);
@@ -80,6 +82,10 @@ public:
     const TrackerCounts& counts() const { return counts_; }
     std::vector<Quarantine> quarantines() const;
     const TrackingModels& models() const { return models_; }
+    /// The models with what was learned of the robots' senses.
+    TrackingModels learned_models() const;
+    /// Why a robot that has a place of its own in the site was never found; empty if it was.
+    std::string why_not_found(int robot) const;
     const std::vector<Group>& groups() const { return groups_; }
     std::size_t group_of(int robot) const { return group_of_[static_cast<std::size_t>(robot)]; }
 
@@ -91,6 +97,8 @@ private:
     template <class Sighting, class Seen>
     void see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen);
     void add(std::size_t group, const Event& event);
+    void learn(std::size_t group, const Event& event);
+    Nanoseconds needed_from(std::size_t group) const;
     bool knows_robot(int robot) const { return robot >= 0 && static_cast<std::size_t>(robot) < models_.site.robots.size(); }
     bool knows_beacon(int beacon) const { return beacon >= 0 && static_cast<std::size_t>(beacon) < models_.site.beacons.size(); }
 
@@ -98,6 +106,7 @@ private:
     std::vector<Group> groups_;
     std::vector<std::size_t> group_of_;  // of each robot
     std::vector<Buffer> buffers_;        // of each group
+    std::vector<NoiseLearner> learners_; // of each group
     TrackerCounts counts_;
     std::optional<TrackerHistory> history_;
     std::optional<Nanoseconds> newest_;

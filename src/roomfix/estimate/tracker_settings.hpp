@@ -15,6 +15,7 @@ struct TrackerSettings {
     OdometryLimits odometry_limits;
     LateModel late;
     double range_bias_memory = 600;  // s
+    double wander_way = 1;           // m: over that way an error that depends on the place is another
 
     double body_memory = 3;  // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
 
@@ -25,10 +26,10 @@ struct TrackerSettings {
     double kidnapping = 1e-3;  // weight of a new place that contradicts the old
     double backwards = 5;      // nats per metre: how unlikely robots drive backwards where their front is unknown
 
+    double start_patience = 30;  // s: after so long a robot that only hears and detects starts though its front or its place is not sure
     double start_speed = 0.7;    // m/s (1 sigma)
     double start_turning = 1.0;  // rad/s (1 sigma)
     double ok = 0.35;            // s without an absolute observation until a fix is coasting
-    double lost = 0.6;           // m (1 sigma, worst direction): a place known less is no fix
     double anywhere = 3;         // m (1 sigma): a place known less counts for nothing, the next sighting starts the track anew
     double naming = 2;  // s from the first sighting for which a robot is no fix while its name may as well be another's, though its wheels or a tag will tell
     double sure_of_name = 0.97;  // probability of a name that may as well not be another's

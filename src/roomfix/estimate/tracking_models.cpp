@@ -9,20 +9,36 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
         MotionModel model = settings.motion;
         if (robot.drive != Drive::unknown) model.drive = robot.drive;
         motion.push_back(model);
-        RangeSource source{Eigen::Vector3d::Zero(), settings.late, 0, 0, settings.range_bias_memory};
-        if (robot.receiver) {
-            source.receiver = robot.receiver->position;
-            source.bias_sigma = robot.receiver->bias_sigma;
-            source.scale_sigma = robot.receiver->scale_sigma;
+        auto& heard = receivers.emplace_back();
+        for (const Receiver& receiver : robot.receivers.empty() ? std::vector{somewhere_on(robot)} : robot.receivers) {
+            RangeSource source;
+            source.number = static_cast<int>(heard.size());
+            source.receiver = receiver.position;
+            source.receiver_sigma = receiver.position_sigma;
+            source.bias_sigma = receiver.bias_sigma;
+            source.own_sigma = own_part * receiver.bias_sigma;
+            source.scale_sigma = receiver.scale_sigma;
+            heard.push_back(source);
         }
-        ranges.push_back(source);
+        for (RangeSource& source : heard) {
+            source.late = settings.late;
+            source.bias_memory = settings.range_bias_memory;
+            source.wander_way = settings.wander_way;
+        }
+        detectors.emplace_back().wander_way = settings.wander_way;
+        detectors.back().bias_memory = settings.range_bias_memory;
+        wheels.push_back(settings.odometry);
         odometry.push_back(robot.odometry ? OdometryPrior{robot.odometry->scale_sigma, robot.odometry->drift_sigma} : OdometryPrior{});
         driven.emplace_back(settings.odometry_limits);
     }
     range_source = source("ranges");
     wheel_source = source("odometry");
+    sighting_source = source("sightings");
     shapes = landmark_shapes(site.landmarks);
-    for (const SiteLandmark& landmark : site.landmarks) landmark_points.push_back(map_points(landmark));
+    for (const SiteLandmark& landmark : site.landmarks) {
+        landmark_points.push_back(map_points(landmark));
+        marks.push_back({landmark.map_from_landmark.translation().head<2>(), landmark.sigma, std::holds_alternative<PointMark>(landmark.kind)});
+    }
     for (const SiteCamera& camera : site.cameras) {
         const int number = source(camera.id);
         if (const auto* mount = std::get_if<Mount>(&camera.placement)) {
@@ -52,10 +68,17 @@ int TrackingModels::source(const std::string& name) {
     return number;
 }
 
+void TrackingModels::learn(int robot, const SenseNoise& noise) {
+    const auto r = static_cast<std::size_t>(robot);
+    for (RangeSource& source : receivers[r]) source = learned(source, noise.receiver);
+    detectors[r] = learned(detectors[r], noise);
+    wheels[r] = learned(wheels[r], noise);
+}
+
 bool TrackingModels::has_mark(int robot) const {
     const auto r = static_cast<std::size_t>(robot);
     const SiteRobot& known = site.robots[r];
-    return known.odometry || known.receiver || known.tag || !driven[r].empty() ||
+    return known.odometry || known.receiver() || known.detector || known.tag || !driven[r].empty() ||
            std::any_of(site.cameras.begin(), site.cameras.end(), [&](const SiteCamera& camera) {
                const auto* mount = std::get_if<Mount>(&camera.placement);
                return mount && mount->robot == known.id;

@@ -43,6 +43,7 @@ struct Doubt {
     double share = 0.01;       // of the measurements that are wrong altogether
     double gate = 16;          // squared Mahalanobis distance at which right and wrong are equally likely; infinity: never wrong
     double log_density = -10;  // of a wrong one over all measurements, to weigh hypotheses
+    double belongs = 1;        // probability that it is about what it is taken for
 };
 
 /// What an update did.
@@ -88,7 +89,7 @@ Surprise update(Belief& belief, const Linearised<Rows>& measured, const Doubt& d
     const double log_right = -0.5 * surprise.nis - log_root - 0.5 * Rows * std::log(2 * std::numbers::pi);
     const double most = std::max(log_right, doubt.log_density);
     surprise.log_evidence = most + std::log((1 - doubt.share) * std::exp(log_right - most) + doubt.share * std::exp(doubt.log_density - most));
-    surprise.right = std::isinf(doubt.gate) ? 1 : 1 / (1 + std::exp(std::min(0.5 * (surprise.nis - doubt.gate), 700.0)));
+    surprise.right = doubt.belongs * (std::isinf(doubt.gate) ? 1 : 1 / (1 + std::exp(std::min(0.5 * (surprise.nis - doubt.gate), 700.0))));
     if (surprise.right < 1e-3) return surprise;
 
     // K = P H^T S^-1; P <- P - w (H P)^T K^T - w K H P + w K S K^T + w (1 - w) K r r^T K^T

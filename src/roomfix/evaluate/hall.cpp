@@ -62,7 +62,7 @@ Site hall_site(const Senses& senses) {
     Receiver receiver;
     receiver.position = Eigen::Vector3d(has_front ? 0.1 : 0, 0, 0.4);
     receiver.sigma = 0.03;
-    robot.receiver = receiver;
+    robot.receivers = {receiver};
     site.robots.push_back(robot);
     int number = 0;
     for (double x = 0.5; x < hall.x(); x += 1.4) {

@@ -80,7 +80,7 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
     Receiver receiver;
     receiver.position = Eigen::Vector3d(0, 0, 0.4);
     receiver.sigma = 0.03;
-    site.robots[0].receiver = receiver;
+    site.robots[0].receivers = {receiver};
     SiteBeacon beacon;
     beacon.id = "b";
     beacon.position = Eigen::Vector3d(1.2, 0, 2.2);

@@ -41,7 +41,7 @@ public:
         const double light = light_at(0.2 * static_cast<double>(taken_), 3);
         renderer_.render(scenario_.ceiling, map_from_robot(truth) * camera_.truth.robot_from_camera.pose, light, taken_++, sample.frame);
         RangeReader reader(scenario_.site, 0);
-        const Eigen::Vector3d ear = map_from_robot(truth) * scenario_.site.robots[0].receiver->position;
+        const Eigen::Vector3d ear = map_from_robot(truth) * scenario_.site.robots[0].receiver()->position;
         for (const SiteBeacon& beacon : scenario_.site.beacons) {
             const auto message = hear(scenario_.ranges, (beacon.position - ear).norm(), random_);
             if (!message) continue;
@@ -141,7 +141,7 @@ Result<Kim2011Report> run_kim2011(const Kim2011Options& options, const std::func
         RobotLocator locator(scenario.site, 0, camera);
         Kim2011 published(scenario.site.landmarks[0], mount);
         const ScenarioUpCamera& truth_camera = scenario.up_cameras[0];
-        const double rise = scenario.site.beacons[0].position.z() - scenario.site.robots[0].receiver->position.z();
+        const double rise = scenario.site.beacons[0].position.z() - scenario.site.robots[0].receiver()->position.z();
         CeilingResult seen;
         LocatedRobot located;
         for (std::size_t p = 0; p < positions.size(); ++p) {
@@ -165,14 +165,14 @@ Result<Kim2011Report> run_kim2011(const Kim2011Options& options, const std::func
                     Eigen::Matrix3d information =
                         landmark_information(scenario.ceiling, truth_camera.truth, truth_camera.sensor, truth_camera.glare, trial.truth);
                     for (const BeaconRange& r : ranges) {
-                        information += range_information(r.beacon, scenario.site.robots[0].receiver->position, r.sigma, trial.truth);
+                        information += range_information(r.beacon, scenario.site.robots[0].receiver()->position, r.sigma, trial.truth);
                     }
                     trial.bound = information.inverse();
                     *trial.bound += camera_part(camera, scenario.site.landmarks[0], trial.truth);
                 }
                 if (options.baselines) {
                     if (const auto fix = published.locate(sample.frame, sample.rounded_distance, rise)) trial.published = fix->pose;
-                    const auto place = trilaterate(ranges, {}, scenario.site.robots[0].receiver->position.z());
+                    const auto place = trilaterate(ranges, {}, scenario.site.robots[0].receiver()->position.z());
                     if (place && ranges.size() >= 3) trial.trilateration = place->places[0].position;
                 }
                 report.trials.push_back(trial);

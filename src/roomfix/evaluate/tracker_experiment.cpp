@@ -264,7 +264,7 @@ private:
 
     void hear(int b, double t) {
         if (!options_.senses.odometry) sample(t);
-        const Receiver& receiver = *site_.robots[0].receiver;
+        const Receiver& receiver = *site_.robots[0].receiver();
         const Eigen::Vector3d& beacon = site_.beacons[static_cast<std::size_t>(b)].position;
         const PredictedRange exact = predict_range(truth(t), receiver.position, beacon);
         const LateModel& late = models_.settings.late;

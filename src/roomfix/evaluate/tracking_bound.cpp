@@ -70,6 +70,11 @@ struct Learner {
         const SiteCorner& corner = models.site.corners[static_cast<std::size_t>(s.corner)];
         if (const auto l = linearise_corner(bound.belief(), s.seen, corner, s.corner, camera)) bound.learn(*l);
     }
+    void operator()(const SeenMark& s) const {
+        const DetectorSource& detector = models.detectors[static_cast<std::size_t>(s.seen.robot)];
+        add_slow_states(bound.belief(), s.seen, s.landmark, detector);
+        bound.learn(linearise_sighting(bound.belief(), s.seen, s.landmark, models.marks[static_cast<std::size_t>(s.landmark)], detector));
+    }
     void operator()(const RangeObservation& o) const {
         add_slow_states(bound.belief(), o.beacon, receiver);
         const Eigen::Vector3d& beacon = models.site.beacons[static_cast<std::size_t>(o.beacon)].position;
@@ -148,7 +153,7 @@ void TrackingBound::predict_to(Nanoseconds time, const OdometryTrack& driven) {
     stand_at_truth(time);
 }
 
-void TrackingBound::learn(const Measured& measured) { std::visit(Learner{*this, models_, measured.source, models_.ranges[robot_]}, measured.what); }
+void TrackingBound::learn(const Measured& measured) { std::visit(Learner{*this, models_, measured.source, models_.receiver(static_cast<int>(robot_))}, measured.what); }
 
 double TrackingBound::range_information(double sigma, const LateModel& late) {
     const auto [known, is_new] = information_.try_emplace(sigma, 0.0);

@@ -14,6 +14,7 @@ struct RangeObservation {
     int beacon = 0;    // index in the site's beacons
     double range = 0;  // m
     double sigma = 0;  // m, where the signal came the straight way
+    int receiver = 0;  // index in the robot's receivers
 };
 
 /// How much farther beacon b is than beacon a, as radio anchors measure it: |p - B| - |p - A|.
@@ -23,6 +24,7 @@ struct RangeDifferenceObservation {
     std::array<int, 2> beacons = {0, 0};  // a, b
     double difference = 0;                // m
     double sigma = 0;                     // m
+    int receiver = 0;                     // index in the robot's receivers
 };
 
 }  // namespace roomfix

@@ -44,7 +44,7 @@ Result<std::unique_ptr<OnboardLocator>> OnboardLocator::for_camera(const Site& s
 }
 
 Result<std::unique_ptr<OnboardLocator>> OnboardLocator::for_ranges(const Site& site, int robot) {
-    if (!site.robots[static_cast<std::size_t>(robot)].receiver) {
+    if (!site.robots[static_cast<std::size_t>(robot)].receiver()) {
         return Error{fmt::format("robot {} has no receiver: give it 'receiver' with its position", site.robots[static_cast<std::size_t>(robot)].id)};
     }
     std::unique_ptr<OnboardLocator> made(new OnboardLocator(site, robot));
@@ -74,7 +74,7 @@ void OnboardLocator::locate(const LumaView* frame, std::span<const RangeObservat
     result.seen.reason.clear();
     if (frame && observer_) observer_->observe(*frame, result.seen);
     if (frame && tags_) add_tags(*frame, result.seen.landmarks);
-    const auto& receiver = site_.robots[static_cast<std::size_t>(robot_)].receiver;
+    const Receiver* receiver = site_.robots[static_cast<std::size_t>(robot_)].receiver();
     std::vector<Eigen::Vector2d> places;
     if (result.seen.landmarks.empty() && receiver) places = places_from(site_, *receiver, ranges);
     LocatorHints hints;

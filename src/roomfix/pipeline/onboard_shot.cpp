@@ -78,7 +78,7 @@ private:
         for (const RangeObservation& range : ranges) {
             if (site_.beacons[static_cast<std::size_t>(range.beacon)].id == landmark.beacon) distance = range.range;
         }
-        const double height = landmark.map_from_landmark.translation().z() - robot.receiver.value_or(Receiver{}).position.z();
+        const double height = landmark.map_from_landmark.translation().z() - (robot.receiver() ? robot.receiver()->position.z() : 0);
         std::string reason;
         const auto found = published_->locate(frame, distance, height, &reason);
         if (!found) return empty_fix(image, reason);

@@ -122,7 +122,7 @@ nlohmann::json SiteRunner::ranges_json(Nanoseconds time) const {
         const SiteRobot& robot = site_.robots[r];
         for (const RangeObservation& range : ears_.near(static_cast<int>(r), time)) {
             const SiteBeacon& beacon = site_.beacons[static_cast<std::size_t>(range.beacon)];
-            const double rise = beacon.position.z() - robot.receiver->position.z();
+            const double rise = beacon.position.z() - robot.receiver()->position.z();
             const double radius = std::sqrt(std::max(range.range * range.range - rise * rise, 0.0));
             circles.push_back({{"robot", robot.id}, {"beacon", beacon.id}, {"radius", rounded(radius, 1e-3)}});
         }

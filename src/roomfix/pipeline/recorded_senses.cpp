@@ -30,11 +30,19 @@ Result<RecordedSenses> RecordedSenses::load(const Site& site) {
     };
     for (std::size_t r = 0; r < site.robots.size(); ++r) {
         const SiteRobot& robot = site.robots[r];
-        if (robot.receiver && !is_live_range_source(robot.receiver->source) && is_new(robot.receiver->source)) {
-            const auto batch = load_ranges(resolved_path(site, robot.receiver->source), site, static_cast<int>(r));
+        for (std::size_t k = 0; k < robot.receivers.size(); ++k) {
+            const std::string& source = robot.receivers[k].source;
+            if (is_live_range_source(source) || !is_new(source)) continue;
+            const auto batch = load_ranges(resolved_path(site, source), site, static_cast<int>(r), static_cast<int>(k));
             if (!batch) return batch.error();
             append(senses.ranges_.ranges, batch->ranges);
             append(senses.ranges_.differences, batch->differences);
+            append(senses.problems_, batch->problems);
+        }
+        if (robot.detector && is_new(robot.detector->source)) {
+            const auto batch = load_sightings(resolved_path(site, robot.detector->source), site, static_cast<int>(r));
+            if (!batch) return batch.error();
+            append(senses.sightings_.sightings, batch->sightings);
             append(senses.problems_, batch->problems);
         }
         if (robot.odometry && is_new(robot.odometry->source)) {
@@ -47,30 +55,31 @@ Result<RecordedSenses> RecordedSenses::load(const Site& site) {
     sort_by_time(senses.ranges_.ranges);
     sort_by_time(senses.ranges_.differences);
     sort_by_time(senses.odometry_.poses);
+    sort_by_time(senses.sightings_.sightings);
     return senses;
 }
 
-void RecordedSenses::tell_until(Nanoseconds time, const std::function<void(const RangeBatch&)>& hear, const std::function<void(const OdometryBatch&)>& drive) {
-    const auto& ranges = ranges_.ranges;
-    const auto& poses = odometry_.poses;
+void RecordedSenses::tell_until(Nanoseconds time, const SenseListener& listener) {
     constexpr Nanoseconds ended = std::numeric_limits<Nanoseconds>::max();
+    const auto time_of_next = [&](const auto& all, std::size_t next) { return next < all.size() ? all[next].time : ended; };
     while (true) {
-        const Nanoseconds range_time = next_range_ < ranges.size() ? ranges[next_range_].time : ended;
-        const Nanoseconds pose_time = next_odometry_ < poses.size() ? poses[next_odometry_].time : ended;
-        const Nanoseconds next = std::min(range_time, pose_time);
+        const Nanoseconds pose = time_of_next(odometry_.poses, next_odometry_);
+        const Nanoseconds range = time_of_next(ranges_.ranges, next_range_);
+        const Nanoseconds difference = time_of_next(ranges_.differences, next_difference_);
+        const Nanoseconds sighting = time_of_next(sightings_.sightings, next_sighting_);
+        const Nanoseconds next = std::min({pose, range, difference, sighting});
         if (next > time || next == ended) break;
-        if (pose_time <= range_time) {
-            drive({{poses[next_odometry_++]}, {}});
+        listener.goes_on(next);
+        if (pose == next) {
+            listener.drives({{odometry_.poses[next_odometry_++]}, {}});
+        } else if (range == next) {
+            listener.hears({{ranges_.ranges[next_range_++]}, {}, {}});
+        } else if (difference == next) {
+            listener.hears({{}, {ranges_.differences[next_difference_++]}, {}});
         } else {
-            RangeBatch one;
-            one.ranges.push_back(ranges[next_range_++]);
-            hear(one);
+            listener.detects({{sightings_.sightings[next_sighting_++]}, {}});
         }
     }
-    RangeBatch now;
-    const auto& differences = ranges_.differences;
-    while (next_difference_ < differences.size() && differences[next_difference_].time <= time) now.differences.push_back(differences[next_difference_++]);
-    if (!now.differences.empty()) hear(now);
 }
 
 }  // namespace roomfix

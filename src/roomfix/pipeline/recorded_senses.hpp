@@ -1,4 +1,4 @@
-// Recorded ranges and odometry of a site's robots, in the order of their times.
+// Recorded ranges, odometry and sightings of a site's robots, in the order of their times.
 #pragma once
 
 #include <functional>
@@ -6,10 +6,19 @@
 #include <vector>
 
 #include "roomfix/connect/odometry_source.hpp"
+#include "roomfix/connect/sighting_source.hpp"
 #include "roomfix/ranging/range_reader.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
+
+/// Who is told what was recorded.
+struct SenseListener {
+    std::function<void(Nanoseconds)> goes_on;  // to the time of what is told next
+    std::function<void(const RangeBatch&)> hears;
+    std::function<void(const OdometryBatch&)> drives;
+    std::function<void(const SightingBatch&)> detects;
+};
 
 class RecordedSenses {
 public:
@@ -17,16 +26,18 @@ public:
     static Result<RecordedSenses> load(const Site& site);
 
     /// Tells what lies between the last call's time and this one, as it would have come.
-    void tell_until(Nanoseconds time, const std::function<void(const RangeBatch&)>& hear, const std::function<void(const OdometryBatch&)>& drive);
+    void tell_until(Nanoseconds time, const SenseListener& listener);
     /// Lines that could not be used, as sentences.
     const std::vector<std::string>& problems() const { return problems_; }
 
 private:
     RangeBatch ranges_;
     OdometryBatch odometry_;
+    SightingBatch sightings_;
     std::size_t next_range_ = 0;  // the first that is still to be told
     std::size_t next_odometry_ = 0;
     std::size_t next_difference_ = 0;
+    std::size_t next_sighting_ = 0;
     std::vector<std::string> problems_;
 };
 

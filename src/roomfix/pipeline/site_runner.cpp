@@ -18,7 +18,7 @@ namespace {
 
 constexpr double publish_interval = 0.06;  // s: a screen needs no more
 const std::string range_source_name = "ranges";
-const std::string range_places_name = "places by ranges";
+const std::string sighting_source_name = "sightings";
 
 /// Cameras that looked together, each by its own name, none twice.
 std::vector<std::string> single_sources(const std::vector<std::string>& sources) {
@@ -47,7 +47,7 @@ static Site with_unknown(Site site) {
     return site;
 }
 
-SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site), tracker_(with_unknown(site)) {}
+SiteRunner::SiteRunner(const Site& site) : site_(site), joint_bodies_(site), ears_(site), tracker_(with_unknown(site)) {}
 
 Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
     std::unique_ptr<SiteRunner> runner(new SiteRunner(site));
@@ -61,11 +61,9 @@ Result<std::unique_ptr<SiteRunner>> SiteRunner::create(const Site& site) {
         station->state.id = camera.id;
         runner->stations_.push_back(std::move(station));
     }
-    auto ears = RangeEars::create(site);
-    if (!ears) return ears.error();
-    runner->ears_ = std::move(*ears);
-    if (runner->stations_.empty() && runner->ears_.empty()) {
-        return Error{"the site has nothing that finds robots: give a camera 'pose', 'floor_points' or 'mount', or a robot a 'receiver'"};
+    const auto senses = [](const SiteRobot& robot) { return !robot.receivers.empty() || robot.detector; };
+    if (runner->stations_.empty() && std::none_of(site.robots.begin(), site.robots.end(), senses)) {
+        return Error{"the site has nothing that finds robots: give a camera 'pose', 'floor_points' or 'mount', or a robot a 'receiver' or a 'detector'"};
     }
     return runner;
 }
@@ -337,14 +335,23 @@ void SiteRunner::add_problems(const std::vector<std::string>& problems) {
 void SiteRunner::hear(const RangeBatch& batch) {
     const std::lock_guard lock(mutex_);
     add_problems(batch.problems);
-    for (const RangeDifferenceObservation& difference : batch.differences) tracker_.hear(difference);
+    for (const RangeDifferenceObservation& difference : batch.differences) {
+        tracker_.hear(difference);
+        pass_on(difference.time, range_source_name);
+    }
     for (const RangeObservation& range : batch.ranges) {
-        if (!ears_.hears(range.robot)) continue;
         ears_.keep(range);
-        // A robot that is lost is found by its ranges alone; one that is tracked only takes them in.
-        if (const auto places = ears_.places(range.robot, range.time)) tracker_.propose(range.time, range_places_name, *places);
         tracker_.hear(range);
         pass_on(range.time, range_source_name);
+    }
+}
+
+void SiteRunner::detect(const SightingBatch& batch) {
+    const std::lock_guard lock(mutex_);
+    add_problems(batch.problems);
+    for (const SightingObservation& sighting : batch.sightings) {
+        tracker_.detect(sighting);
+        pass_on(sighting.time, sighting_source_name);
     }
 }
 
@@ -359,6 +366,19 @@ std::vector<std::string> SiteRunner::line_problems() const {
     return line_problems_;
 }
 
+std::vector<std::string> SiteRunner::robots_not_found() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::string> reasons;
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        const std::string& id = site_.robots[r].id;
+        const auto given = last_status_.find(id);
+        if (site_.robots[r].many || (given != last_status_.end() && given->second != FixStatus::none)) continue;
+        const std::string reason = tracker_.why_not_found(static_cast<int>(r));
+        if (!reason.empty()) reasons.push_back(fmt::format("robot {}: {}", id, reason));
+    }
+    return reasons;
+}
+
 TrackerCounts SiteRunner::tracker_counts() const {
     const std::lock_guard lock(mutex_);
     return tracker_.counts();
@@ -366,13 +386,20 @@ TrackerCounts SiteRunner::tracker_counts() const {
 
 /// Recorded ranges and odometry up to a time, as they would have come.
 void SiteRunner::tell_until(Nanoseconds time) {
-    recorded_.tell_until(
-        time, [this](const RangeBatch& batch) { hear(batch); }, [this](const OdometryBatch& batch) { drive(batch); });
+    SenseListener listener;
+    listener.goes_on = [this](Nanoseconds next) {
+        const std::lock_guard lock(mutex_);
+        tracker_.go_on(next);
+    };
+    listener.hears = [this](const RangeBatch& batch) { hear(batch); };
+    listener.drives = [this](const OdometryBatch& batch) { drive(batch); };
+    listener.detects = [this](const SightingBatch& batch) { detect(batch); };
+    recorded_.tell_until(time, listener);
 }
 
 /// A listener on a serial line, in a thread of its own; a device that vanishes is opened again when it comes back.
-void SiteRunner::listen(const std::string& device, int robot, const std::atomic<bool>& stop) {
-    RangeReader reader(site_, robot);
+void SiteRunner::listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop) {
+    RangeReader reader(site_, robot, receiver);
     std::string bytes;
     while (!stop) {
         auto line = SerialLine::open(device);
@@ -446,9 +473,10 @@ Result<void> SiteRunner::run_sources(std::vector<std::unique_ptr<FrameSource>> s
     add_problems(recorded_.problems());
     std::vector<std::thread> threads;
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {
-        const auto& receiver = site_.robots[r].receiver;
-        if (receiver && is_live_range_source(receiver->source)) {
-            threads.emplace_back([this, device = receiver->source, robot = static_cast<int>(r), &stop] { listen(device, robot, stop); });
+        for (std::size_t k = 0; k < site_.robots[r].receivers.size(); ++k) {
+            const std::string& source = site_.robots[r].receivers[k].source;
+            if (!is_live_range_source(source)) continue;
+            threads.emplace_back([this, source, robot = static_cast<int>(r), receiver = static_cast<int>(k), &stop] { listen(source, robot, receiver, stop); });
         }
     }
     const bool live = std::any_of(sources.begin(), sources.end(), [](const auto& source) { return source->live(); });

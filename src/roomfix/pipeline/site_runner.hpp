@@ -84,6 +84,8 @@ public:
     Result<void> feed(const std::vector<CameraFrame>& frames, WorkerPool& pool);
     /// Ranges that receivers heard.
     void hear(const RangeBatch& batch);
+    /// What robots' detectors saw.
+    void detect(const SightingBatch& batch);
     /// What robots' wheels reported.
     void drive(const OdometryBatch& batch);
 
@@ -99,6 +101,8 @@ public:
     long fixes_given() const { return output_.given(); }
     /// Lines of range and odometry sources that could not be used, as sentences; at most some of them.
     std::vector<std::string> line_problems() const;
+    /// Robots that are lost at the end, or were never found, each with why.
+    std::vector<std::string> robots_not_found() const;
     const StageTimes& stage_times() const { return times_; }
     /// For what is done after the sources have ended.
     const Tracker& tracker() const { return tracker_; }
@@ -143,7 +147,7 @@ private:
     void run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop);
     void count_dropped(std::size_t index, const FrameCount& count);
     void note_quarantine(const CameraPost& post, SourceState& state) const;
-    void listen(const std::string& device, int robot, const std::atomic<bool>& stop);
+    void listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop);
     void tell_until(Nanoseconds time);
     void add_problems(const std::vector<std::string>& problems);
     void pass_on(Nanoseconds time, const std::string& camera, const LatencyParts& parts = {});

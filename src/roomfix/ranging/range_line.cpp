@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/ranging/flight_time.hpp"
 
@@ -17,22 +18,6 @@ std::string shown(std::string_view text) {
     std::string out;
     for (const char c : text.substr(0, 60)) out += c >= ' ' && c < 127 ? c : '?';
     return out + (text.size() > 60 ? "..." : "");
-}
-
-std::string_view trimmed(std::string_view text) {
-    const auto first = text.find_first_not_of(" \t\r");
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::vector<std::string_view> split(std::string_view line) {
-    std::vector<std::string_view> fields;
-    for (std::size_t begin = 0; begin <= line.size();) {
-        const auto comma = std::min(line.find(',', begin), line.size());
-        fields.push_back(trimmed(line.substr(begin, comma - begin)));
-        begin = comma + 1;
-    }
-    return fields;
 }
 
 /// A flight time (s) and the distance that the listener made of it (m) must agree: it computes with a fixed speed of sound and
@@ -65,7 +50,7 @@ Result<RangeLine> parse_cricket_line(std::string_view line, double temperature) 
     RangeLine reading;
     std::optional<double> distance;
     std::vector<std::string_view> seen;
-    for (const std::string_view field : split(line)) {
+    for (const std::string_view field : csv_fields(line)) {
         if (field.empty()) continue;
         const auto equals = field.find('=');
         if (equals == std::string_view::npos) return wrong(fmt::format("'{}' has no '='", shown(field)));
@@ -112,6 +97,7 @@ Result<RangeLine> parse_json_line(std::string_view line) {
         reading.time = from_seconds(*time);
     }
     reading.robot = text("robot");
+    reading.receiver = text("receiver");
     reading.beacon = text("beacon");
     reading.sigma = number("sigma");
     auto value = number("range");
@@ -131,7 +117,7 @@ Result<RangeLine> parse_json_line(std::string_view line) {
 
 Result<RangeColumns> parse_range_header(std::string_view line) {
     RangeColumns columns;
-    const auto fields = split(line);
+    const auto fields = csv_fields(line);
     columns.count = static_cast<int>(fields.size());
     for (int i = 0; i < columns.count; ++i) {
         const std::string_view name = fields[static_cast<std::size_t>(i)];
@@ -143,8 +129,9 @@ Result<RangeColumns> parse_range_header(std::string_view line) {
                       : name == "beacon_b"   ? &columns.beacon_b
                       : name == "difference" ? &columns.difference
                       : name == "sigma"      ? &columns.sigma
+                      : name == "receiver"   ? &columns.receiver
                                              : nullptr;
-        if (!column) return Error{fmt::format("column '{}' is not known: write time,robot,beacon,range[,sigma]", shown(name))};
+        if (!column) return Error{fmt::format("column '{}' is not known: write time,robot,beacon,range[,sigma][,receiver]", shown(name))};
         if (*column >= 0) return Error{fmt::format("column '{}' stands there twice", shown(name))};
         *column = i;
     }
@@ -158,13 +145,14 @@ Result<RangeColumns> parse_range_header(std::string_view line) {
 
 Result<RangeLine> parse_csv_line(std::string_view line, const RangeColumns& columns) {
     const auto wrong = [&](const std::string& why) { return Error{fmt::format("range line '{}': {}", shown(line), why)}; };
-    const auto fields = split(line);
+    const auto fields = csv_fields(line);
     if (static_cast<int>(fields.size()) != columns.count) return wrong(fmt::format("it has {} fields, the header has {}", fields.size(), columns.count));
     const auto field = [&](int column) { return column >= 0 ? fields[static_cast<std::size_t>(column)] : std::string_view(); };
     RangeLine reading;
     reading.time = parse_seconds(field(columns.time));
     if (!reading.time) return wrong("time is not a number of seconds");
     reading.robot = field(columns.robot);
+    reading.receiver = field(columns.receiver);
     const bool difference = columns.difference >= 0;
     reading.beacon = field(difference ? columns.beacon_a : columns.beacon);
     reading.far_beacon = field(columns.beacon_b);

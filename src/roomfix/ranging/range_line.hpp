@@ -17,6 +17,7 @@ struct RangeLine {
     std::optional<Nanoseconds> time;
     std::optional<Nanoseconds> listener_clock;  // runs from the listener's start
     std::string robot;                          // empty: not said
+    std::string receiver;                       // of the robot's; empty: not said
     std::string beacon;                         // id or address; of a difference: a
     std::string alias;                          // another name of the beacon (Cricket: its space)
     std::string far_beacon;                     // of a difference: b; empty for a range
@@ -33,12 +34,13 @@ struct RangeLine {
 Result<RangeLine> parse_cricket_line(std::string_view line, double temperature);
 
 /// {"time": s, "robot": "r1", "beacon": "n1", "range": m, "sigma": m}, or with "beacons": ["a", "b"] and "difference": m instead of
-/// beacon and range. time, robot and sigma may be missing; other keys are ignored.
+/// beacon and range. time, robot, "receiver" and sigma may be missing; other keys are ignored.
 Result<RangeLine> parse_json_line(std::string_view line);
 
-/// A CSV file's first line: `time,robot,beacon,range[,sigma]` or `time,robot,beacon_a,beacon_b,difference[,sigma]`, in any order.
+/// A CSV file's first line: `time,robot,beacon,range[,sigma][,receiver]` or `time,robot,beacon_a,beacon_b,difference[,sigma][,receiver]`, in any
+/// order.
 struct RangeColumns {
-    int time = -1, robot = -1, beacon = -1, range = -1, beacon_a = -1, beacon_b = -1, difference = -1, sigma = -1;
+    int time = -1, robot = -1, beacon = -1, range = -1, beacon_a = -1, beacon_b = -1, difference = -1, sigma = -1, receiver = -1;
     int count = 0;
 };
 Result<RangeColumns> parse_range_header(std::string_view line);

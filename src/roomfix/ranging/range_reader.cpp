@@ -16,8 +16,14 @@ void RangeBatch::clear() {
     problems.clear();
 }
 
-RangeReader::RangeReader(const Site& site, int robot, const RangeReaderSettings& settings)
-    : robots_(site.robots), beacons_(site.beacons), temperature_(site.temperature), robot_(robot), settings_(settings), last_(site.beacons.size()) {
+RangeReader::RangeReader(const Site& site, int robot, int receiver, const RangeReaderSettings& settings)
+    : robots_(site.robots),
+      beacons_(site.beacons),
+      temperature_(site.temperature),
+      robot_(robot),
+      receiver_(receiver),
+      settings_(settings),
+      last_(site.beacons.size()) {
     for (SiteBeacon& beacon : beacons_) beacon.address = normal_address(beacon.address).value_or(beacon.address);
 }
 
@@ -122,12 +128,17 @@ Result<void> RangeReader::add(const RangeLine& reading, std::optional<Nanosecond
                                  seconds_text(*time))};
 
     const SiteRobot& owner = robots_[static_cast<std::size_t>(*robot)];
-    double sigma = reading.sigma.value_or(owner.receiver ? owner.receiver->sigma : Receiver().sigma);
+    const auto receiver = reading.receiver.empty() && *robot == robot_ ? std::optional(receiver_) : owner.receiver_index(reading.receiver);
+    if (!receiver && !reading.receiver.empty()) {
+        return Error{fmt::format("robot {} has no receiver '{}': add it under robots.{}.receivers with its position", owner.id, reading.receiver, owner.id)};
+    }
+    const auto number = static_cast<std::size_t>(receiver.value_or(0));
+    double sigma = reading.sigma.value_or(number < owner.receivers.size() ? owner.receivers[number].sigma : Receiver().sigma);
     if (reading.flight_time) sigma = std::hypot(sigma, temperature_sigma(reading.value, temperature_, settings_.temperature_sigma));
     if (difference) {
-        batch.differences.push_back({*time, *robot, {*beacon, *far}, reading.value, sigma});
+        batch.differences.push_back({*time, *robot, {*beacon, *far}, reading.value, sigma, receiver.value_or(0)});
     } else {
-        batch.ranges.push_back({*time, *robot, *beacon, reading.value, sigma});
+        batch.ranges.push_back({*time, *robot, *beacon, reading.value, sigma, receiver.value_or(0)});
     }
     return {};
 }

@@ -32,7 +32,8 @@ struct RangeBatch {
 class RangeReader {
 public:
     /// `robot` (index) is whose receiver this is, for lines that name no robot; -1: such lines are problems.
-    RangeReader(const Site& site, int robot, const RangeReaderSettings& settings = {});
+    /// `receiver` (index in the robot's receivers): likewise for lines that name no receiver.
+    RangeReader(const Site& site, int robot, int receiver = 0, const RangeReaderSettings& settings = {});
 
     /// Appends to `batch`. `arrival` is the time for lines that state none; without it the listener's own clock must do.
     void feed(std::string_view bytes, std::optional<Nanoseconds> arrival, RangeBatch& batch);
@@ -52,7 +53,7 @@ private:
     std::vector<SiteRobot> robots_;
     std::vector<SiteBeacon> beacons_;
     double temperature_;
-    int robot_;
+    int robot_, receiver_;
     RangeReaderSettings settings_;
     std::string partial_;
     bool oversized_ = false;

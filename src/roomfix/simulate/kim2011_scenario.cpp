@@ -35,7 +35,7 @@ Scenario room(const char* name, std::uint64_t seed, double tilt) {
     site.landmarks = {landmark};
 
     SiteRobot robot{"r1", Cylinder{0.40, 0.30}};
-    robot.receiver = Receiver{{0, 0, camera_height}, "ranges.csv", scenario.ranges.sigma};
+    robot.receivers = {Receiver{{0, 0, camera_height}, "ranges.csv", scenario.ranges.sigma}};
     site.robots = {robot};
     SiteCamera up{"up", "frames/up", usb_camera(), Mount{"r1", {looking_up(camera_height), Matrix6d::Zero()}, false}, ""};
     site.cameras = {up};

@@ -131,7 +131,7 @@ void equip_with_landmarks(Scenario& scenario) {
     }
     ScenarioRobot& robot = scenario.robots[0];
     const double top = half_size(robot.robot.shape).z() * 2;
-    robot.robot.receiver = Receiver{{0, 0, top}, "ranges.csv", scenario.ranges.sigma};
+    robot.robot.receivers = {Receiver{{0, 0, top}, "ranges.csv", scenario.ranges.sigma}};
     const double focal = 0.5 * 352 / std::tan(radians(30));
     const CameraModel model = make_camera_model(352, 288, focal, focal, 175.1, 144.2, {-0.08, 0.02, 0.0006, -0.0004, 0});
     const UncertainPose3 mount{looking_up(top), (Vector6d() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6).finished().asDiagonal()};
@@ -160,7 +160,7 @@ void add_room(Scenario& scenario) {
     ScenarioRobot scout;
     constexpr double mast = 0.5;  // m
     scout.robot = {"scout", Cylinder{0.40, mast}};
-    scout.robot.receiver = Receiver{{0, 0, mast}, "ranges.csv", scenario.ranges.sigma};
+    scout.robot.receivers = {Receiver{{0, 0, mast}, "ranges.csv", scenario.ranges.sigma}};
     scout.path = {{16.0, 6.9}, {18.1, 6.9}, {18.1, 8.3}, {16.0, 8.3}};
     scout.speed = 0.25;
     const CameraModel model = make_camera_model(480, 360, 320, 320, 241.3, 178.6, {-0.09, 0.03, 0.0004, -0.0005, 0});

@@ -80,7 +80,7 @@ Eigen::Isometry3d looking_up(double height) {
 
 std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t robot, double from, double to, std::uint64_t seed) {
     std::vector<RangeObservation> ranges;
-    const auto& receiver = scenario.robots[robot].robot.receiver;
+    const Receiver* receiver = scenario.robots[robot].robot.receiver();
     if (!receiver) return ranges;
     const double interval = 1 / scenario.range_rate;
     const double count = static_cast<double>(scenario.site.beacons.size());

@@ -29,10 +29,11 @@ void read_outputs(YamlReader& reader, const YAML::Node& node, Site& site) {
 }
 
 void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
-    if (!node.IsDefined() || !reader.map(node, "site", {"name", "ceiling", "temperature", "walls"})) return;
+    if (!node.IsDefined() || !reader.map(node, "site", {"name", "ceiling", "temperature", "walls", "lost"})) return;
     site.name = reader.text(reader.required(node, "name", "site"), "site.name").value_or("");
     site.ceiling = reader.number(node["ceiling"], "site.ceiling", 0.1, tallest).value_or(0);
     site.temperature = reader.number(node["temperature"], "site.temperature", -60, 80).value_or(site.temperature);
+    site.lost = reader.number(node["lost"], "site.lost", 1e-3, 1000).value_or(site.lost);
     if (!node["walls"].IsDefined() || !reader.list(node["walls"], "site.walls")) return;
     for (const auto& line : node["walls"]) {
         const std::string what = fmt::format("site.walls[{}]", site.walls.size());
@@ -184,12 +185,20 @@ Result<Site> load_session(const std::filesystem::path& session) {
     };
     const auto driven = robots_in(session / "odometry.csv");
     const auto ranged = robots_in(session / "ranges.csv");
+    const auto detecting = robots_in(session / "sightings.csv");
     for (SiteRobot& robot : site->robots) {
         if (!robot.many && speaks_of(driven, robot) && (!robot.odometry || robot.odometry->source.empty())) {
             if (!robot.odometry) robot.odometry.emplace();
             robot.odometry->source = "odometry.csv";
         }
-        if (robot.receiver && robot.receiver->source.empty() && speaks_of(ranged, robot)) robot.receiver->source = "ranges.csv";
+        if (!robot.many && speaks_of(ranged, robot)) {
+            if (robot.receivers.empty()) robot.receivers.push_back(somewhere_on(robot));
+            if (robot.receivers.front().source.empty()) robot.receivers.front().source = "ranges.csv";
+        }
+        if (!robot.many && speaks_of(detecting, robot)) {
+            if (!robot.detector) robot.detector.emplace();
+            if (robot.detector->source.empty()) robot.detector->source = "sightings.csv";
+        }
     }
     return site;
 }

@@ -51,16 +51,16 @@ void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& 
     const Eigen::Vector3d position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(Eigen::Vector3d::Zero());
     const double yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
     const bool is_tag = node["tag"].IsDefined();
-    if (is_tag == node["legs"].IsDefined()) {
-        reader.error(node,
-                     fmt::format("{} needs {} legs: [a, b] (three LEDs) or tag: number and size: edge (an AprilTag)", what, is_tag ? "only one of" : "either"));
+    if (is_tag && node["legs"].IsDefined()) {
+        reader.error(node, fmt::format("{} needs only one of legs: [a, b] (three LEDs) or tag: number and size: edge (an AprilTag)", what));
     } else if (is_tag) {
         read_tag_landmark(reader, node, what, position, yaw, landmark, site);
     } else {
+        landmark.kind = PointMark{};
         if (const auto legs = reader.numbers(node["legs"], what + ".legs", 2, 0.001, 10)) landmark.kind = LedTriangle{(*legs)[0], (*legs)[1]};
         landmark.map_from_landmark = Eigen::Translation3d(position) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
         for (const char* other : {"size", "facing"}) {
-            if (node[other].IsDefined()) reader.error(node[other], fmt::format("{}.{} belongs to a tag; three LEDs have legs", what, other));
+            if (node[other].IsDefined()) reader.error(node[other], fmt::format("{}.{} belongs to a tag: give the tag's number as {}.tag; three LEDs have legs, a mere point neither", what, other, what));
         }
     }
     landmark.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(landmark.sigma);

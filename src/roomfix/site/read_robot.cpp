@@ -9,15 +9,44 @@
 namespace roomfix {
 namespace {
 
-Receiver read_receiver(YamlReader& reader, const YAML::Node& node, const std::string& what) {
-    Receiver receiver;
-    if (!reader.map(node, what, {"position", "source", "sigma", "bias_sigma", "scale_sigma"})) return receiver;
-    receiver.position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(receiver.position);
+constexpr std::size_t most_receivers = 8;
+
+Receiver read_receiver(YamlReader& reader, const YAML::Node& node, const std::string& what, const SiteRobot& robot) {
+    Receiver receiver = somewhere_on(robot);
+    if (!reader.map(node, what, {"position", "position_sigma", "source", "sigma", "bias_sigma", "scale_sigma"})) return receiver;
+    if (const auto position = node["position"].IsDefined() ? reader.point3(node["position"], what + ".position") : std::nullopt) {
+        receiver.position = *position;
+        receiver.position_sigma.setZero();
+    }
+    if (const auto sigma = reader.number(node["position_sigma"], what + ".position_sigma", 0, 10)) receiver.position_sigma.setConstant(*sigma);
     receiver.source = reader.text(node["source"], what + ".source").value_or("");
     receiver.sigma = reader.number(node["sigma"], what + ".sigma", 1e-5, 100).value_or(receiver.sigma);
     receiver.bias_sigma = reader.number(node["bias_sigma"], what + ".bias_sigma", 0, 100).value_or(receiver.bias_sigma);
     receiver.scale_sigma = reader.number(node["scale_sigma"], what + ".scale_sigma", 0, 1).value_or(receiver.scale_sigma);
     return receiver;
+}
+
+/// One receiver, or several by their names.
+void read_receivers(YamlReader& reader, const YAML::Node& node, const std::string& what, SiteRobot& robot) {
+    if (node["receiver"].IsDefined()) robot.receivers.push_back(read_receiver(reader, node["receiver"], what + ".receiver", robot));
+    if (!node["receivers"].IsDefined()) return;
+    if (!robot.receivers.empty()) return reader.error(node["receivers"], fmt::format("{0}: 'receiver' is the short form for one: write {0}.receivers alone", what));
+    for (const auto& [id, one] : reader.named(node["receivers"], what + ".receivers")) {
+        robot.receivers.push_back(read_receiver(reader, one, what + ".receivers." + id, robot));
+        robot.receivers.back().id = id;
+    }
+    if (robot.receivers.size() > most_receivers) {
+        reader.error(node["receivers"], fmt::format("{}.receivers: {} are too many: at most {}", what, robot.receivers.size(), most_receivers));
+    }
+}
+
+Detector read_detector(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    Detector detector;
+    if (!reader.map(node, what, {"source", "range_sigma", "bearing_sigma"})) return detector;
+    detector.source = reader.text(node["source"], what + ".source").value_or("");
+    detector.range_sigma = reader.number(node["range_sigma"], what + ".range_sigma", 1e-5, 100).value_or(detector.range_sigma);
+    detector.bearing_sigma = reader.number(node["bearing_sigma"], what + ".bearing_sigma", 1e-6, 3).value_or(detector.bearing_sigma);
+    return detector;
 }
 
 WheelOdometry read_odometry(YamlReader& reader, const YAML::Node& node, const std::string& what) {
@@ -42,7 +71,7 @@ void read_robot_tag(YamlReader& reader, const YAML::Node& node, const std::strin
 
 void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "robots." + id;
-    if (!reader.map(node, what, {"shape", "size", "size_sigma", "parts", "model", "model_scale", "count", "drive", "odometry", "receiver", "tag"})) return;
+    if (!reader.map(node, what, {"shape", "size", "size_sigma", "parts", "model", "model_scale", "count", "drive", "odometry", "receiver", "receivers", "detector", "tag"})) return;
     SiteRobot robot;
     robot.id = id;
     read_body(reader, node, what, site, robot);
@@ -59,9 +88,10 @@ void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& nod
         }
     }
     if (node["odometry"].IsDefined()) robot.odometry = read_odometry(reader, node["odometry"], what + ".odometry");
-    if (node["receiver"].IsDefined()) robot.receiver = read_receiver(reader, node["receiver"], what + ".receiver");
+    read_receivers(reader, node, what, robot);
+    if (node["detector"].IsDefined()) robot.detector = read_detector(reader, node["detector"], what + ".detector");
     if (node["tag"].IsDefined()) read_robot_tag(reader, node["tag"], what + ".tag", robot);
-    for (const char* single : {"odometry", "receiver", "tag"}) {
+    for (const char* single : {"odometry", "receiver", "receivers", "detector", "tag"}) {
         if (robot.many && node[single].IsDefined()) {
             reader.error(node[single], fmt::format("{}.{}: there are many of this robot: give each robot with a {} an entry of its own", what, single, single));
         }

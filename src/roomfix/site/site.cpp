@@ -58,12 +58,13 @@ Result<View> fixed_view(const SiteCamera& camera, std::string* note) {
     return View{camera.model, known->map_from_camera, {camera.intrinsics_covariance, known->by_intrinsics}};
 }
 
-std::vector<Eigen::Vector3d> own_points(const std::variant<LedTriangle, Tag>& kind) {
+std::vector<Eigen::Vector3d> own_points(const LandmarkKind& kind) {
     if (const auto* triangle = std::get_if<LedTriangle>(&kind)) {
         const double x = triangle->a / 2;
         const double y = triangle->b / 2;
         return {{-x, -y, 0}, {x, -y, 0}, {-x, y, 0}};
     }
+    if (std::holds_alternative<PointMark>(kind)) return {Eigen::Vector3d::Zero()};
     const double half = std::get<Tag>(kind).size / 2;
     return {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
 }
@@ -90,6 +91,21 @@ std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& land
         found->landmarks.push_back(static_cast<int>(i));
     }
     return shapes;
+}
+
+Receiver somewhere_on(const SiteRobot& robot) {
+    const Eigen::Vector3d half = half_size(robot.shape);
+    Receiver receiver;
+    receiver.position = {0, 0, half.z()};
+    receiver.position_sigma = half / std::sqrt(3.0);
+    return receiver;
+}
+
+std::optional<int> SiteRobot::receiver_index(const std::string& name) const {
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+        if (name.empty() || receivers[i].id == name) return static_cast<int>(i);
+    }
+    return std::nullopt;
 }
 
 bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {

@@ -86,11 +86,20 @@ struct Tag {
 
 /// The listener on a robot that measures ranges to beacons.
 struct Receiver {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, robot frame
-    std::string source;                                  // as written: file or serial device; empty: none
-    double sigma = 0.02;                                 // m, of ranges that do not state their own
-    double bias_sigma = 0;                               // m: how far all ranges may be off, and a quarter of that those of each beacon
-    double scale_sigma = 0;                              // part by which ranges may be too long or short
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();               // m, robot frame
+    std::string source;                                               // as written: file or serial device; empty: none
+    double sigma = 0.02;                                              // m, of ranges that do not state their own
+    double bias_sigma = 0;                                            // m: how far all ranges may be off, and a quarter of that those of each beacon
+    double scale_sigma = 0;                                           // part by which ranges may be too long or short
+    std::string id;                                                   // empty: the robot's only one
+    Eigen::Vector3d position_sigma = Eigen::Vector3d::Zero();         // m, along each axis of the robot
+};
+
+/// A robot's own detector of landmarks: how far away they are and in which direction, as seen from the robot's origin.
+struct Detector {
+    std::string source;           // as written: a file; empty: none
+    double range_sigma = 0.05;    // m, of ranges that do not state their own, level with the floor
+    double bearing_sigma = 0.01;  // rad, of bearings that do not state their own
 };
 
 /// How a robot can move: turning on two driven wheels, in any direction, or nobody knows.
@@ -116,9 +125,15 @@ struct SiteRobot {
     bool many = false;                           // any number of them, all alike
     Drive drive = Drive::unknown;
     std::optional<WheelOdometry> odometry;
-    std::optional<Receiver> receiver;
+    std::vector<Receiver> receivers;
+    std::optional<Detector> detector;
     std::optional<Tag> tag;
     Eigen::Isometry3d robot_from_tag = Eigen::Isometry3d::Identity();
+
+    /// The first of its receivers; null: it has none.
+    const Receiver* receiver() const { return receivers.empty() ? nullptr : receivers.data(); }
+    /// Index of a receiver by its id; an empty id means the first one.
+    std::optional<int> receiver_index(const std::string& name) const;
 };
 
 /// Three LEDs in a right triangle: in the landmark's own x, y the right angle is at (-a/2, -b/2), the end of leg a at
@@ -127,9 +142,14 @@ struct LedTriangle {
     double a = 0, b = 0;  // m
 };
 
+/// A mere point, for detectors that are no cameras of the site: a post, a reflector.
+struct PointMark {};
+
+using LandmarkKind = std::variant<LedTriangle, Tag, PointMark>;
+
 struct SiteLandmark {
     std::string id;
-    std::variant<LedTriangle, Tag> kind;
+    LandmarkKind kind;
     Eigen::Isometry3d map_from_landmark = Eigen::Isometry3d::Identity();
     double sigma = 0.002;  // m: how well each coordinate of its position is known
     std::string beacon;    // the beacon that sits there, if any
@@ -164,6 +184,7 @@ struct Site {
     std::string name;
     double ceiling = 0;       // m; 0: not stated
     double temperature = 20;  // degC, of the air that sound goes through
+    double lost = 0.6;        // m (1 sigma, worst direction): a place known less is no fix
     std::vector<Polyline> walls;
     std::vector<SiteCamera> cameras;
     std::vector<SiteRobot> robots;
@@ -201,14 +222,14 @@ Result<KnownPose> known_pose(const SiteCamera& camera, std::string* note = nullp
 Result<View> fixed_view(const SiteCamera& camera, std::string* note = nullptr);
 
 /// The landmark's points in its own frame: a triangle's LEDs (right angle, end of leg a, end of leg b), or a tag's corners (as
-/// it is read: bottom left, bottom right, top right, top left).
-std::vector<Eigen::Vector3d> own_points(const std::variant<LedTriangle, Tag>& kind);
+/// it is read: bottom left, bottom right, top right, top left), or the point itself.
+std::vector<Eigen::Vector3d> own_points(const LandmarkKind& kind);
 /// The same points in the map, m.
 std::vector<Eigen::Vector3d> map_points(const SiteLandmark& landmark);
 
 /// Landmarks that look alike from below: the same legs at the same height, or the same tag.
 struct LandmarkShape {
-    std::variant<LedTriangle, Tag> kind;
+    LandmarkKind kind;
     double height = 0;           // m, of the landmark's origin
     std::vector<int> landmarks;  // indices in the site
 };
@@ -216,6 +237,9 @@ std::vector<LandmarkShape> landmark_shapes(const std::vector<SiteLandmark>& land
 
 /// Does a wall stand between two places of the map?
 bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
+
+/// A receiver of which nobody said where it is: anywhere within the robot's box alike.
+Receiver somewhere_on(const SiteRobot& robot);
 
 /// Can the two not be told apart from afar, by shape and size, or by the bodies that their parts and models make?
 bool look_alike(const SiteRobot& a, const SiteRobot& b);

@@ -91,6 +91,20 @@ std::string body_text(const SiteRobot& robot) {
     return robot.parts.empty() ? shape_text(robot.shape) : parts_text(robot.parts);
 }
 
+std::string receiver_text(const Receiver& receiver, const SiteRobot& robot) {
+    std::string text;
+    const auto add = [&](const std::string& key, const std::string& value) { text += (text.empty() ? "" : ", ") + key + ": " + value; };
+    const Receiver anywhere = somewhere_on(robot);
+    const bool known = receiver.position != anywhere.position || receiver.position_sigma != anywhere.position_sigma;
+    if (known) add("position", list_text(receiver.position));
+    if (known && receiver.position_sigma.x() > 0) add("position_sigma", number_text(receiver.position_sigma.x()));
+    add("sigma", number_text(receiver.sigma));
+    if (receiver.bias_sigma > 0) add("bias_sigma", number_text(receiver.bias_sigma));
+    if (receiver.scale_sigma > 0) add("scale_sigma", number_text(receiver.scale_sigma));
+    if (!receiver.source.empty()) add("source", receiver.source);
+    return "{" + text + "}";
+}
+
 std::string robot_text(const SiteRobot& robot) {
     std::string text =
         fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, body_text(robot), number_text(robot.size_sigma), robot.many ? ", count: many" : "");
@@ -99,11 +113,16 @@ std::string robot_text(const SiteRobot& robot) {
         text += fmt::format(",\n     odometry: {{scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
                             number_text(robot.odometry->drift_sigma), robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
     }
-    if (robot.receiver) {
-        text += fmt::format(",\n     receiver: {{position: {}, sigma: {}{}{}{}}}", list_text(robot.receiver->position), number_text(robot.receiver->sigma),
-                            robot.receiver->bias_sigma > 0 ? ", bias_sigma: " + number_text(robot.receiver->bias_sigma) : "",
-                            robot.receiver->scale_sigma > 0 ? ", scale_sigma: " + number_text(robot.receiver->scale_sigma) : "",
-                            robot.receiver->source.empty() ? "" : ", source: " + robot.receiver->source);
+    if (robot.receivers.size() == 1 && robot.receivers[0].id.empty()) {
+        text += ",\n     receiver: " + receiver_text(robot.receivers[0], robot);
+    } else if (!robot.receivers.empty()) {
+        text += ",\n     receivers: {";
+        for (const Receiver& r : robot.receivers) text += fmt::format("{}{}: {}", &r == robot.receivers.data() ? "" : ", ", r.id, receiver_text(r, robot));
+        text += "}";
+    }
+    if (robot.detector) {
+        text += fmt::format(",\n     detector: {{range_sigma: {}, bearing_sigma: {}{}}}", number_text(robot.detector->range_sigma),
+                            number_text(robot.detector->bearing_sigma), robot.detector->source.empty() ? "" : ", source: " + robot.detector->source);
     }
     if (robot.tag) {
         text += fmt::format(",\n     tag: {{id: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, number_text(robot.tag->size),
@@ -117,12 +136,11 @@ std::string landmark_text(const SiteLandmark& landmark) {
     std::string text = fmt::format("  {}: {{position: {}, sigma: {}", landmark.id, list_text(pose.translation()), number_text(landmark.sigma));
     if (const auto* triangle = std::get_if<LedTriangle>(&landmark.kind)) {
         text += fmt::format(", yaw_deg: {}, legs: {}", number_text(yaw_of(pose.linear().col(0))), list_text(std::array{triangle->a, triangle->b}));
-    } else {
-        const Tag& tag = std::get<Tag>(landmark.kind);
+    } else if (const auto* tag = std::get_if<Tag>(&landmark.kind)) {
         const double out = pose.linear()(2, 2);
         const bool wall = std::abs(out) < 0.5;
         text +=
-            fmt::format(", yaw_deg: {}, tag: {}, size: {}, facing: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag.number, number_text(tag.size),
+            fmt::format(", yaw_deg: {}, tag: {}, size: {}, facing: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag->number, number_text(tag->size),
                         wall      ? "wall"
                         : out > 0 ? "up"
                                   : "down");

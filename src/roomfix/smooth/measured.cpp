@@ -8,6 +8,7 @@ namespace roomfix {
 namespace {
 
 constexpr double place_doubt = 0.1;       // m, of a trajectory that is still to be smoothed
+constexpr double yaw_doubt = 0.05;        // rad, likewise
 constexpr double most_distance = 25;      // squared, between a look-alike's sighting and its trajectory
 constexpr double same_wall_angle = 0.01;  // rad
 
@@ -90,11 +91,23 @@ void add_corner(const CornerSighting& sighting, const Event& event, const Trajec
     if (best) measured.push_back({event.time, event.source, *best});
 }
 
+/// The landmark that a detector saw, as seen from the trajectory; what fits none is left out.
+void add_mark(const SightingObservation& seen, const Event& event, const Trajectory& trajectory, const TrackingModels& models, int robot,
+              std::vector<Measured>& measured) {
+    Belief belief = belief_on(trajectory, event.time);
+    belief.covariance(state_x, state_x) = belief.covariance(state_y, state_y) = place_doubt * place_doubt;
+    belief.covariance(state_yaw, state_yaw) = yaw_doubt * yaw_doubt;
+    if (const auto landmark = likeliest_mark(belief, seen, models.marks, models.detectors[static_cast<std::size_t>(robot)], models.settings.outliers)) {
+        measured.push_back({event.time, event.source, SeenMark{seen, *landmark}});
+    }
+}
+
 }  // namespace
 
 int thing_of(const Measured& measured) {
     if (const auto* landmark = std::get_if<SeenLandmark>(&measured.what)) return landmark->landmark;
     if (const auto* corner = std::get_if<SeenCorner>(&measured.what)) return corner->corner;
+    if (const auto* mark = std::get_if<SeenMark>(&measured.what)) return mark->landmark;
     if (const auto* range = std::get_if<RangeObservation>(&measured.what)) return range->beacon;
     return 0;
 }
@@ -122,6 +135,8 @@ std::vector<Measured> measured_of(int robot, const TrackerHistory& history, cons
             measured.push_back({event.time, event.source, *difference});
         } else if (const auto* landmarks = std::get_if<LandmarkSighting>(&event.what)) {
             add_landmarks(*landmarks, event, *trajectory, models, measured);
+        } else if (const auto* mark = std::get_if<SightingObservation>(&event.what)) {
+            add_mark(*mark, event, *trajectory, models, robot, measured);
         } else if (const auto* corners = std::get_if<CornerSighting>(&event.what)) {
             add_corner(*corners, event, *trajectory, models, measured);
         }

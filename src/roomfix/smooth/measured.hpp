@@ -19,10 +19,15 @@ struct SeenCorner {
     int corner = 0;  // index in the site
 };
 
+struct SeenMark {
+    SightingObservation seen;
+    int landmark = 0;  // index in the site
+};
+
 struct Measured {
     Nanoseconds time = 0;
     int source = 0;  // of the tracker's sources
-    std::variant<PoseObservation, TagSighting, SeenLandmark, SeenCorner, RangeObservation, RangeDifferenceObservation> what;
+    std::variant<PoseObservation, TagSighting, SeenLandmark, SeenCorner, SeenMark, RangeObservation, RangeDifferenceObservation> what;
 };
 
 /// What a source saw or heard, where it can be one of several things: the landmark, corner or beacon; 0 otherwise.

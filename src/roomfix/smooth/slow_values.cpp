@@ -9,7 +9,7 @@ namespace roomfix {
 namespace {
 
 constexpr double part_of_memory = 0.2;  // over which a value may be taken for constant
-constexpr double shortest = 5;          // s
+constexpr double shortest = 1;          // s
 constexpr double longest = 1e5;         // s
 constexpr double walking_stretch = 20;  // s
 constexpr double for_ever = 1e9;        // s
@@ -81,9 +81,10 @@ double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& sta
 double* SlowValues::of(const SlowState& state, Nanoseconds time) {
     const Key key{static_cast<int>(state.kind), state.source, state.component};
     if (lasting_ && is_lasting(state.kind)) return in_chain(key, state, for_ever, std::sqrt(state.variance), 1, 1, time);
-    const double memory = state.per_second > 0 ? 1 / state.per_second : longest / part_of_memory;
+    const double per_second = state.per_second + speed_ * state.per_metre;
+    const double memory = per_second > 0 ? 1 / per_second : longest / part_of_memory;
     const double stretch = std::clamp(part_of_memory * memory, shortest, longest);
-    const double keep = std::exp(-stretch * state.per_second);
+    const double keep = std::exp(-stretch * per_second);
     const double step = std::sqrt(std::max(state.variance * (1 - keep * keep), 1e-6 * state.variance));
     return in_chain(key, state, stretch, std::sqrt(state.variance), keep, step, time);
 }

@@ -24,9 +24,10 @@ public:
         std::optional<SlowState> state;  // nothing: one of the core's
     };
 
-    /// Values start where `earlier` has them, if it does. `lasting`: what is_lasting() is constant for good.
-    SlowValues(ceres::Problem& problem, Nanoseconds start, bool lasting, const SlowValues* earlier)
-        : problem_(problem), start_(start), lasting_(lasting), earlier_(earlier) {}
+    /// Values start where `earlier` has them, if it does. `lasting`: what is_lasting() is constant for good. `speed`: m/s, of the robot on average, for what
+    /// changes along its way.
+    SlowValues(ceres::Problem& problem, Nanoseconds start, bool lasting, double speed, const SlowValues* earlier)
+        : problem_(problem), start_(start), lasting_(lasting), speed_(speed), earlier_(earlier) {}
 
     /// The value of a slow state of the tracker at a time. Ask in the order of times.
     double* of(const SlowState& state, Nanoseconds time);
@@ -48,6 +49,7 @@ private:
     ceres::Problem& problem_;
     Nanoseconds start_;
     bool lasting_;
+    double speed_;
     const SlowValues* earlier_;
     std::map<Key, Chain> chains_;
     std::vector<Value> all_;

@@ -22,7 +22,7 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
     const MotionModel& motion = task.models.motion[robot];
     const double swing = std::pow(part * (1 - part) * way.seconds_after(k), 3) / 3;
     covariance.diagonal() += swing * Eigen::Vector3d(motion.acceleration, motion.acceleration, motion.turning).cwiseAbs2();
-    const bool known = worst_sigma(covariance.topLeftCorner<2, 2>()) < task.models.settings.lost;
+    const bool known = worst_sigma(covariance.topLeftCorner<2, 2>()) < task.models.site.lost;
     if (fix.status == FixStatus::none && !known) return;
     const Knot at = between(way.knots[k], way.knots[k + 1], weights);
     fix.pose = {at[0], at[1], wrap_angle(at[2])};
@@ -40,7 +40,7 @@ std::vector<Fix> smooth(const Tracker& tracker, const std::vector<Fix>& tracked,
                         const std::function<void(double)>& progress) {
     std::vector<Fix> smoothed = tracked;
     if (tracker.history() == nullptr || tracked.empty()) return smoothed;
-    const TrackingModels& models = tracker.models();
+    const TrackingModels models = tracker.learned_models();
     const std::size_t robots = models.site.robots.size();
     std::vector<std::vector<std::size_t>> places_of(robots);  // in `smoothed`
     for (std::size_t i = 0; i < tracked.size(); ++i) {

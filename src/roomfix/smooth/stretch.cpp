@@ -22,6 +22,13 @@ constexpr double carried_weight = 1e-6;  // of what its wheels or momentum say t
 /// Of each source: by which factor its variances are too small.
 using SourceNoise = std::map<int, double>;
 
+/// m/s, over the whole trajectory.
+double mean_speed(const Trajectory& trajectory) {
+    double way = 0;
+    for (std::size_t k = 1; k < trajectory.knots.size(); ++k) way += (trajectory.knots[k] - trajectory.knots[k - 1]).head<2>().norm();
+    return way / std::max(to_seconds(trajectory.end() - trajectory.start()), 1e-3);
+}
+
 /// One least-squares problem over one stretch of one robot's way. The knots are changed in place.
 class StretchProblem {
 public:
@@ -29,7 +36,7 @@ public:
                    const StretchProblem* earlier)
         : task_(task),
           trajectory_(trajectory),
-          slow_(problem_, trajectory.start(), task.settings.lasting, earlier ? &earlier->slow_ : nullptr),
+          slow_(problem_, trajectory.start(), task.settings.lasting, mean_speed(trajectory), earlier ? &earlier->slow_ : nullptr),
           widening_(widening) {
         for (Knot& knot : trajectory_.knots) problem_.AddParameterBlock(knot.data(), 6);
         problem_.AddResidualBlock(loose_term(trajectory_.knots.front()).release(), nullptr, trajectory_.knots.front().data());
@@ -116,7 +123,7 @@ private:
             problem_.AddResidualBlock(momentum_term(trajectory_.seconds_after(k), task_.models.motion[robot]).release(), doubt, a, b);
             return;
         }
-        const OdometryNoise& noise = task_.models.settings.odometry;
+        const OdometryNoise& noise = task_.models.wheels[robot];
         const OdometryPrior& prior = task_.models.odometry[robot];
         double* scale = slow_.walking(state_scale, prior.scale_sigma, noise.scale_walk, time);
         double* drift = slow_.walking(state_drift, prior.drift_sigma, noise.drift_walk, time);

@@ -197,22 +197,32 @@ struct TermMaker {
         add_slow_states(belief, s.corner, camera);
         return normal_term<5>([s, &corner, &camera](const Belief& b) { return linearise_corner(b, s.seen, corner, s.corner, camera); }, weights, belief);
     }
+    MeasuredTerm operator()(const SeenMark& s) const {
+        const DetectorSource& detector = models.detectors[static_cast<std::size_t>(robot)];
+        const Mark& mark = models.marks[static_cast<std::size_t>(s.landmark)];
+        Belief& belief = prepared();
+        add_slow_states(belief, s.seen, s.landmark, detector);
+        return normal_term<2>([s, &mark, &detector](const Belief& b) { return std::optional(linearise_sighting(b, s.seen, s.landmark, mark, detector)); },
+                              weights, belief);
+    }
     MeasuredTerm operator()(const RangeObservation& o) const {
-        const RangeSource& receiver = models.ranges[static_cast<std::size_t>(robot)];
+        const RangeSource& receiver = models.receiver(robot, o.receiver);
         const Eigen::Vector3d& beacon = models.site.beacons[static_cast<std::size_t>(o.beacon)].position;
         Belief& belief = prepared();
         add_slow_states(belief, o.beacon, receiver);
         const auto predict = [o, &beacon, &receiver](const Belief& b) { return predict_measured_range(b, b.pose(), o.beacon, beacon, receiver); };
+        const double sigma = receiver.factor * o.sigma;
         return range_term(
-            o.range, o.sigma, predict, [o, &receiver](double e) { return range_likelihood(e, o.sigma, receiver.late); }, belief);
+            o.range, sigma, predict, [sigma, &receiver](double e) { return range_likelihood(e, sigma, receiver.late); }, belief);
     }
     MeasuredTerm operator()(const RangeDifferenceObservation& o) const {
-        const RangeSource& receiver = models.ranges[static_cast<std::size_t>(robot)];
+        const RangeSource& receiver = models.receiver(robot, o.receiver);
         const Eigen::Vector3d& first = models.site.beacons[static_cast<std::size_t>(o.beacons[0])].position;
         const Eigen::Vector3d& second = models.site.beacons[static_cast<std::size_t>(o.beacons[1])].position;
         const auto predict = [&first, &second, &receiver](const Belief& b) { return predict_difference(b, b.pose(), first, second, receiver); };
+        const double sigma = receiver.factor * o.sigma;
         return range_term(
-            o.difference, o.sigma, predict, [o, &receiver](double e) { return difference_likelihood(e, o.sigma, receiver.late); }, prepared());
+            o.difference, sigma, predict, [sigma, &receiver](double e) { return difference_likelihood(e, sigma, receiver.late); }, prepared());
     }
     MeasuredTerm range_term(double measured, double sigma, RangeTerm::Predict predict, RangeTerm::Likelihood likelihood, const Belief& belief) const {
         MeasuredTerm term;

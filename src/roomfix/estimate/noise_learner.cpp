@@ -1,0 +1,203 @@
+#include "roomfix/estimate/noise_learner.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+constexpr double first_wait = 8;         // s until it is learned for the first time, then after twice as long, ...
+constexpr double longest_wait = 256;     // s
+constexpr std::size_t least_events = 40;
+constexpr std::size_t most_events = 3000;
+constexpr double cost_of_an_error = 3;  // nats: a kind of error that explains less is left out
+
+/// One number of the noise that is sought.
+struct Unknown {
+    double* value;
+    double from_nothing = 0;  // what to try where it is 0; 0: it is never 0
+    double usual = 1;         // its logarithm is normally distributed around that of this ...
+    double spread = 1.5;      // ... with this standard deviation; 0: anything alike
+    double least = 0.05, most = 50;
+
+    double log_prior() const {
+        if (from_nothing > 0) return *value > 0 ? -cost_of_an_error : 0;
+        const double z = std::log(*value / usual) / spread;
+        return -0.5 * z * z;
+    }
+};
+
+/// What the events are about.
+struct Kinds {
+    bool ranges = false, sighted_ranges = false, bearings = false, wheels = false;
+    double range_sigma = 0.02, sighted_sigma = 0.05, bearing_sigma = 0.01;
+};
+
+Kinds kinds_of(const std::vector<Event>& events, int robot, const TrackingModels& models) {
+    Kinds kinds;
+    kinds.wheels = !models.driven[static_cast<std::size_t>(robot)].empty();
+    for (const Event& event : events) {
+        if (const auto* range = std::get_if<RangeObservation>(&event.what)) {
+            kinds.ranges = true;
+            kinds.range_sigma = range->sigma;
+        }
+        if (const auto* difference = std::get_if<RangeDifferenceObservation>(&event.what)) {
+            kinds.ranges = true;
+            kinds.range_sigma = difference->sigma;
+        }
+        if (const auto* sighting = std::get_if<SightingObservation>(&event.what)) {
+            kinds.sighted_ranges |= sighting->range.has_value();
+            kinds.bearings |= sighting->bearing.has_value();
+            kinds.sighted_sigma = sighting->range_sigma;
+            kinds.bearing_sigma = sighting->bearing_sigma;
+        }
+    }
+    return kinds;
+}
+
+void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknowns) {
+    const double now = errors.factor * sigma;
+    unknowns.push_back({&errors.factor});
+    unknowns.push_back({&errors.wander, now});
+    unknowns.push_back({&errors.own, now});
+    unknowns.push_back({&errors.common, 2 * now});
+    unknowns.push_back({&errors.scale, 0.03});
+    for (std::size_t i = unknowns.size() - 4; i < unknowns.size() - 1; ++i) {
+        unknowns[i].least = 0.05 * sigma;
+        unknowns[i].most = 1000 * sigma;
+    }
+    unknowns.back().least = 0.002;
+    unknowns.back().most = 0.3;
+    unknowns[unknowns.size() - 5].most = 1000;
+}
+
+std::vector<Unknown> unknowns_of(SenseNoise& noise, const Kinds& kinds) {
+    std::vector<Unknown> unknowns;
+    if (kinds.wheels) {
+        unknowns.push_back({&noise.way});
+        unknowns.push_back({&noise.turn});
+    }
+    if (kinds.ranges) add_ranges(noise.receiver, kinds.range_sigma, unknowns);
+    if (kinds.sighted_ranges) add_ranges(noise.detector, kinds.sighted_sigma, unknowns);
+    if (kinds.bearings) {
+        unknowns.push_back({&noise.bearing});
+        unknowns.push_back({&noise.bearing_wander, kinds.bearing_sigma, 1, 1.5, 0.1 * kinds.bearing_sigma, 0.5});
+        unknowns.push_back({&noise.bearing_common, kinds.bearing_sigma, 1, 1.5, 0.1 * kinds.bearing_sigma, 0.5});
+    }
+    return unknowns;
+}
+
+/// Slow states of kinds that were learned take on their new variance.
+void adopt(Track& track, const TrackingModels& models) {
+    for (Hypothesis& h : track.belief.hypotheses) {
+        for (std::size_t i = 0; i < h.belief.slow.size(); ++i) {
+            SlowState& slow = h.belief.slow[i];
+            const auto sigma = sigma_of(slow, track, models);
+            if (!sigma) continue;
+            const int state = core_states + static_cast<int>(i);
+            // It cannot be known worse than before anything was known.
+            const double now = h.belief.covariance(state, state);
+            const double variance = std::max(*sigma * *sigma, 1e-10);
+            if (now > variance) {
+                const double shrink = std::sqrt(variance / now);
+                h.belief.covariance.row(state).head(h.belief.size) *= shrink;
+                h.belief.covariance.col(state).head(h.belief.size) *= shrink;
+                h.belief.mean[state] *= shrink;
+            } else if (variance > slow.variance) {
+                h.belief.covariance(state, state) += now / slow.variance * (variance - slow.variance);
+            }
+            slow.variance = variance;
+        }
+    }
+}
+
+}  // namespace
+
+void NoiseLearner::begin(const Track& track) {
+    begun_ = true;
+    origin_ = track;
+    events_.clear();
+    wait_ = first_wait;
+    learned_ = track.time;
+}
+
+void NoiseLearner::add(const Event& event) {
+    if (event.time <= origin_.time) return;
+    events_.insert(std::upper_bound(events_.begin(), events_.end(), event), event);
+}
+
+bool NoiseLearner::due(Nanoseconds until) const {
+    return begun_ && events_.size() >= least_events && to_seconds(until - learned_) >= wait_;
+}
+
+/// Log density of the first `count` events. `end` receives the track after them.
+double NoiseLearner::evidence(const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const {
+    Track track = origin_;
+    track.noise = noise;
+    adopt(track, models);
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        predict(track, events_[i].time, models);
+        sum += take(track, events_[i], models);
+    }
+    if (end != nullptr) *end = track;
+    return sum;
+}
+
+Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
+    const auto last = std::upper_bound(events_.begin(), events_.end(), until, [](Nanoseconds t, const Event& e) { return t < e.time; });
+    const auto count = static_cast<std::size_t>(last - events_.begin());
+    SenseNoise noise = origin_.noise;
+    std::vector<Unknown> unknowns = unknowns_of(noise, kinds_of(events_, origin_.robot, models));
+    const auto likely = [&] {
+        double sum = evidence(noise, count, models, nullptr);
+        for (const Unknown& u : unknowns) sum += u.log_prior();
+        return sum;
+    };
+    double best = likely();
+    for (const double step : {2.0, 2.0, 1.4, 1.2}) {
+        bool moved = false;
+        for (Unknown& unknown : unknowns) {
+            const auto attempt = [&](double tried) {
+                if (tried > unknown.most) return false;
+                if (tried < unknown.least) tried = unknown.from_nothing > 0 ? 0 : unknown.least;
+                const double before = *unknown.value;
+                if (tried == before) return false;
+                *unknown.value = tried;
+                const double now = likely();
+                if (now > best + 0.05) {
+                    best = now;
+                    return moved = true;
+                }
+                *unknown.value = before;
+                return false;
+            };
+            if (*unknown.value == 0) {
+                if (!attempt(unknown.from_nothing) && !attempt(0.3 * unknown.from_nothing)) continue;
+            }
+            if (unknown.from_nothing > 0 && attempt(0)) continue;
+            const bool up = attempt(step * *unknown.value);
+            for (int i = 0; i < 6 && attempt((up ? step : 1 / step) * *unknown.value); ++i) {}
+        }
+        if (!moved && step < 2) break;
+    }
+    Track end;
+    evidence(noise, count, models, &end);
+    end.born = origin_.born;
+    learned_ = until;
+    wait_ = std::min(2 * wait_, longest_wait);
+    origin_.noise = noise;
+    if (count > most_events) forget(count - most_events / 2, models);
+    return end;
+}
+
+/// Moves the origin on past the first `count` events.
+void NoiseLearner::forget(std::size_t count, const TrackingModels& models) {
+    Track later;
+    evidence(origin_.noise, count, models, &later);
+    later.born = origin_.born;
+    origin_ = later;
+    events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+}  // namespace roomfix

@@ -1,0 +1,38 @@
+// How a robot's senses really err, from how well they agree with each other while it drives.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "roomfix/estimate/track.hpp"
+
+namespace roomfix {
+
+/// Keeps what a robot sensed lately. Now and then, ever more rarely, it looks for the noise under which all of that is most likely: the density of each
+/// observation before it was taken, by the tracker itself, multiplied (prediction error decomposition). One number after the other is doubled, halved, ...
+class NoiseLearner {
+public:
+    /// Is it this track's, since it was started?
+    bool follows(const Track& track) const { return begun_ && origin_.born == track.born; }
+    void begin(const Track& track);
+    void add(const Event& event);
+    /// The time of the oldest odometry that is needed.
+    Nanoseconds reach() const { return begun_ ? origin_.time : never; }
+
+    /// Is it time to learn from all events up to `until`?
+    bool due(Nanoseconds until) const;
+    /// The track after all events up to `until`, as the noise makes it that was learned.
+    Track learn(Nanoseconds until, const TrackingModels& models);
+
+private:
+    double evidence(const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const;
+    void forget(std::size_t count, const TrackingModels& models);
+
+    bool begun_ = false;
+    Track origin_;               // before all events
+    std::vector<Event> events_;  // in their order
+    double wait_ = 0;            // s from the origin's start until it is due
+    Nanoseconds learned_ = 0;
+};
+
+}  // namespace roomfix

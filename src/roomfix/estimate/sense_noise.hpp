@@ -1,0 +1,36 @@
+// How a robot's own senses err beyond what is stated of them: learned while it drives (noise_learner.hpp).
+#pragma once
+
+#include "roomfix/estimate/motion.hpp"
+#include "roomfix/observation/range_noise.hpp"
+
+namespace roomfix {
+
+/// Of ranges, by receivers or by a detector. Zero: there is no such error.
+struct RangeErrors {
+    double factor = 1;  // times the stated sigma
+    double common = 0;  // m, standard deviation of what all ranges have in common
+    double own = 0;     // m, of what the ranges to one beacon have in common
+    double wander = 0;  // m, of what changes with the place
+    double scale = 0;   // part of the range
+};
+
+struct SenseNoise {
+    double way = 1;   // times the wheels' random errors of the way
+    double turn = 1;  // ... and of the turning
+    RangeErrors receiver, detector;
+    double bearing = 1;         // times the stated sigma of bearings
+    double bearing_common = 0;  // rad, standard deviation of what all bearings have in common
+    double bearing_wander = 0;  // rad, of what changes with the place
+};
+
+/// The wheels' noise as it was learned.
+inline OdometryNoise learned(OdometryNoise noise, const SenseNoise& sense) {
+    noise.along *= sense.way;
+    noise.across *= sense.way;
+    noise.turn_per_metre *= sense.turn;
+    noise.turn_per_radian *= sense.turn;
+    return noise;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,200 @@
+#include "roomfix/estimate/sighting_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "roomfix/geometry/pose.hpp"
+
+namespace roomfix {
+namespace {
+
+constexpr int all_landmarks = -1;
+constexpr double farthest = 20;  // m: over that range, and all around, sightings of nothing are spread
+constexpr double gate = 16;      // squared distance at which a sighting and an outlier are equally likely
+
+using Column = Eigen::Vector2d;
+
+int rows_of(const SightingObservation& seen) { return static_cast<int>(seen.range.has_value()) + static_cast<int>(seen.bearing.has_value()); }
+
+/// Log density of an outlier over all that the sighting could have been.
+double log_anywhere(const SightingObservation& seen) {
+    return -(seen.range ? std::log(farthest) : 0) - (seen.bearing ? std::log(2 * std::numbers::pi) : 0);
+}
+
+/// Innovation's covariance, of the rows that were seen.
+Eigen::Matrix2d innovation_of(const Belief& belief, const Linearised<2>& l) {
+    Eigen::Matrix2d s = l.noise;
+    for (std::size_t a = 0; a < l.states.size(); ++a) {
+        Column sum = Column::Zero();
+        for (std::size_t b = 0; b < l.states.size(); ++b) sum += belief.covariance(l.states[a], l.states[b]) * l.by_state.col(static_cast<Eigen::Index>(b));
+        s += l.by_state.col(static_cast<Eigen::Index>(a)) * sum.transpose();
+    }
+    return s;
+}
+
+/// Log density of what was seen.
+double log_likelihood(const Belief& belief, const SightingObservation& seen, const Linearised<2>& l) {
+    const Eigen::Matrix2d s = innovation_of(belief, l);
+    const double determinant = seen.range && seen.bearing ? s.determinant() : seen.range ? s(0, 0) : s(1, 1);
+    const double squared = seen.range && seen.bearing ? l.residual.dot(s.inverse() * l.residual)
+                           : seen.range               ? l.residual.x() * l.residual.x() / s(0, 0)
+                                                      : l.residual.y() * l.residual.y() / s(1, 1);
+    return -0.5 * (squared + std::log(determinant) + rows_of(seen) * std::log(2 * std::numbers::pi));
+}
+
+/// What was seen alone is updated with; the other row means nothing.
+Surprise update_seen_rows(Belief& belief, const SightingObservation& seen, const Linearised<2>& l, const Doubt& doubt) {
+    if (seen.range && seen.bearing) return update(belief, l, doubt);
+    const int row = seen.range ? 0 : 1;
+    Linearised<1> one;
+    one.residual[0] = l.residual[row];
+    one.noise(0, 0) = l.noise(row, row);
+    for (std::size_t k = 0; k < l.states.size(); ++k) {
+        one.depends(l.states[k], Eigen::Matrix<double, 1, 1>(l.by_state(row, static_cast<Eigen::Index>(k))));
+    }
+    return update(belief, one, doubt);
+}
+
+}  // namespace
+
+DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
+    source.range_factor *= noise.detector.factor;
+    source.range_common = std::max(source.range_common, noise.detector.common);
+    source.range_own = std::max(source.range_own, noise.detector.own);
+    source.range_wander = std::max(source.range_wander, noise.detector.wander);
+    source.range_scale = std::max(source.range_scale, noise.detector.scale);
+    source.bearing_factor *= noise.bearing;
+    source.bearing_common = std::max(source.bearing_common, noise.bearing_common);
+    source.bearing_wander = std::max(source.bearing_wander, noise.bearing_wander);
+    return source;
+}
+
+PredictedSighting predict_sighting(const Pose2& pose, const Eigen::Vector2d& mark) {
+    const Eigen::Vector2d way = mark - Eigen::Vector2d(pose.x, pose.y);
+    const double range = std::max(way.norm(), 0.01);
+    PredictedSighting predicted;
+    predicted.range = range;
+    predicted.bearing = wrap_angle(std::atan2(way.y(), way.x()) - pose.yaw);
+    predicted.range_by_pose = {-way.x() / range, -way.y() / range, 0};
+    predicted.bearing_by_pose = {way.y() / (range * range), -way.x() / (range * range), -1};
+    return predicted;
+}
+
+void add_slow_states(Belief& belief, const SightingObservation& seen, int landmark, const DetectorSource& source) {
+    const double forget = 1 / source.bias_memory;
+    const auto add = [&](SlowKind kind, int component, double sigma, double per_second, double per_metre) {
+        if (sigma > 0) ensure_slow(belief, {kind, of_detector, component, sigma * sigma, per_second, per_metre});
+    };
+    if (seen.range) {
+        add(SlowKind::range_bias, all_landmarks, source.range_common, forget, 0);
+        add(SlowKind::range_bias, landmark, source.range_own, forget, 0);
+        add(SlowKind::range_wander, landmark, source.range_wander, 0, 1 / source.wander_way);
+        add(SlowKind::range_scale, 0, source.range_scale, forget, 0);
+    }
+    if (seen.bearing) {
+        add(SlowKind::bearing_bias, 0, source.bearing_common, forget, 0);
+        add(SlowKind::bearing_wander, landmark, source.bearing_wander, 0, 1 / source.wander_way);
+    }
+}
+
+Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation& seen, int landmark, const Mark& mark, const DetectorSource& source) {
+    const PredictedSighting exact = predict_sighting(belief.pose(), mark.place);
+    Linearised<2> l;
+    const auto scale = find_slow(belief, SlowKind::range_scale, of_detector, 0);
+    const double stretch = scale ? 1 + belief.mean[*scale] : 1;
+    for (int i = 0; i < 3; ++i) {
+        l.depends(i, {seen.range ? stretch * exact.range_by_pose[i] : 0, seen.bearing ? exact.bearing_by_pose[i] : 0});
+    }
+    const double place = mark.sigma;
+    l.noise(0, 0) = l.noise(1, 1) = unseen;
+    const auto depends = [&](SlowKind kind, int component, double sigma, int row) {
+        if (!(sigma > 0)) return;
+        if (const auto slow = find_slow(belief, kind, of_detector, component)) {
+            l.depends_on_slow(belief, *slow, Column::Unit(row));
+        } else {
+            l.noise(row, row) += sigma * sigma;
+        }
+    };
+    if (seen.range) {
+        const double sigma = source.range_factor * seen.range_sigma;
+        l.residual[0] = *seen.range - stretch * exact.range;
+        l.noise(0, 0) = sigma * sigma + place * place;
+        if (scale) l.depends(*scale, {exact.range, 0});
+        if (!scale) l.noise(0, 0) += std::pow(source.range_scale * exact.range, 2);
+        depends(SlowKind::range_bias, all_landmarks, source.range_common, 0);
+        depends(SlowKind::range_bias, landmark, source.range_own, 0);
+        depends(SlowKind::range_wander, landmark, source.range_wander, 0);
+    }
+    if (seen.bearing) {
+        const double sigma = source.bearing_factor * seen.bearing_sigma;
+        l.residual[1] = *seen.bearing - exact.bearing;
+        l.noise(1, 1) = sigma * sigma + std::pow(place / exact.range, 2);
+        depends(SlowKind::bearing_bias, 0, source.bearing_common, 1);
+        depends(SlowKind::bearing_wander, landmark, source.bearing_wander, 1);
+        l.residual[1] = wrap_angle(l.residual[1]);
+    }
+    return l;
+}
+
+double prior_of(const SightingObservation& seen, int landmark, const std::vector<Mark>& marks, const DetectorSource& source) {
+    const bool plain = marks[static_cast<std::size_t>(landmark)].plain;
+    const auto others = static_cast<double>(std::count_if(marks.begin(), marks.end(), [](const Mark& m) { return m.plain; }));
+    if (seen.landmark < 0) return plain ? 1 / others : 0;
+    if (seen.landmark == landmark) return others > 1 ? 1 - source.misread : 1;
+    return plain && others > 1 ? source.misread / (others - 1) : 0;
+}
+
+/// What a sighting may be.
+struct Association {
+    int likeliest = -1;       // index of the landmark; -1: none can be
+    double log_evidence = 0;  // of all that it may be
+    double weight = 0;        // probability of the likeliest
+};
+
+static Association associate(const Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
+                             double outliers) {
+    const double nothing = std::log(outliers) + log_anywhere(seen);
+    double most = nothing, best = -1e300, sum = 1;  // of the densities, over the largest
+    Association association;
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+        const auto landmark = static_cast<int>(i);
+        const double prior = prior_of(seen, landmark, marks, source);
+        if (prior <= 0) continue;
+        const double log = std::log((1 - outliers) * prior) + log_likelihood(belief, seen, linearise_sighting(belief, seen, landmark, marks[i], source));
+        sum = log > most ? sum * std::exp(most - log) + 1 : sum + std::exp(log - most);
+        most = std::max(most, log);
+        if (log <= best) continue;
+        best = log;
+        association.likeliest = landmark;
+    }
+    association.log_evidence = most + std::log(sum);
+    association.weight = std::exp(best - association.log_evidence);
+    return association;
+}
+
+std::optional<int> likeliest_mark(const Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
+                                  double outliers) {
+    const Association association = associate(belief, seen, marks, source, outliers);
+    if (association.likeliest < 0 || association.weight < 0.5) return std::nullopt;
+    return association.likeliest;
+}
+
+std::optional<Surprise> update_sighting(Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
+                                        double outliers) {
+    constexpr double hardly = 0.02;  // such a weight moves nothing
+    if (rows_of(seen) == 0) return std::nullopt;
+    const Association association = associate(belief, seen, marks, source, outliers);
+    Surprise surprise{association.log_evidence, 0, 0, 0};
+    if (association.likeliest < 0 || association.weight < hardly) return surprise;
+    Doubt doubt;
+    doubt.gate = gate;
+    doubt.belongs = association.weight;
+    add_slow_states(belief, seen, association.likeliest, source);
+    const Mark& mark = marks[static_cast<std::size_t>(association.likeliest)];
+    surprise = update_seen_rows(belief, seen, linearise_sighting(belief, seen, association.likeliest, mark, source), doubt);
+    surprise.log_evidence = association.log_evidence;
+    return surprise;
+}
+
+}  // namespace roomfix
