@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <cstdio>
+#include <cstdlib>
 
 namespace roomfix {
 namespace {
@@ -10,6 +13,8 @@ constexpr double first_wait = 8;         // s until it is learned for the first 
 constexpr double longest_wait = 256;     // s
 constexpr std::size_t least_events = 40;
 constexpr std::size_t most_events = 3000;
+constexpr double usual_wheels = 2;        // times the random errors of good wheels
+constexpr double spread_of_wheels = 1.2;  // of its logarithm
 constexpr double cost_of_an_error = 3;  // nats: a kind of error that explains less is left out
 
 /// One number of the noise that is sought.
@@ -21,9 +26,9 @@ struct Unknown {
     double least = 0.05, most = 50;
 
     double log_prior() const {
-        if (from_nothing > 0) return *value > 0 ? -cost_of_an_error : 0;
+        if (from_nothing > 0 && *value == 0) return 0;
         const double z = std::log(*value / usual) / spread;
-        return -0.5 * z * z;
+        return -0.5 * z * z - (from_nothing > 0 ? cost_of_an_error : 0);
     }
 };
 
@@ -63,9 +68,13 @@ void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknown
     unknowns.push_back({&errors.common, 2 * now});
     unknowns.push_back({&errors.scale, 0.03});
     for (std::size_t i = unknowns.size() - 4; i < unknowns.size() - 1; ++i) {
+        unknowns[i].usual = sigma;
+        unknowns[i].spread = 1;
         unknowns[i].least = 0.05 * sigma;
         unknowns[i].most = 1000 * sigma;
     }
+    unknowns.back().usual = 0.02;
+    unknowns.back().spread = 0.7;
     unknowns.back().least = 0.002;
     unknowns.back().most = 0.3;
     unknowns[unknowns.size() - 5].most = 1000;
@@ -74,17 +83,40 @@ void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknown
 std::vector<Unknown> unknowns_of(SenseNoise& noise, const Kinds& kinds) {
     std::vector<Unknown> unknowns;
     if (kinds.wheels) {
-        unknowns.push_back({&noise.way});
-        unknowns.push_back({&noise.turn});
+        unknowns.push_back({&noise.way, 0, usual_wheels, spread_of_wheels});
+        unknowns.push_back({&noise.turn, 0, usual_wheels, spread_of_wheels});
     }
     if (kinds.ranges) add_ranges(noise.receiver, kinds.range_sigma, unknowns);
     if (kinds.sighted_ranges) add_ranges(noise.detector, kinds.sighted_sigma, unknowns);
     if (kinds.bearings) {
         unknowns.push_back({&noise.bearing});
-        unknowns.push_back({&noise.bearing_wander, kinds.bearing_sigma, 1, 1.5, 0.1 * kinds.bearing_sigma, 0.5});
-        unknowns.push_back({&noise.bearing_common, kinds.bearing_sigma, 1, 1.5, 0.1 * kinds.bearing_sigma, 0.5});
+        unknowns.push_back({&noise.bearing_wander, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
+        unknowns.push_back({&noise.bearing_common, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
     }
     return unknowns;
+}
+
+/// Few observations tell little of the noise: each standard deviation becomes the root of its mean square over what it may be (a normal distribution of its
+/// logarithm, by the curvature at the best).
+template <class Likely>
+void widen(std::vector<Unknown>& unknowns, double best, const Likely& likely) {
+    constexpr double step = 1.5;
+    constexpr double widest = 1;  // of the logarithm's standard deviation
+    std::vector<double> wider;
+    for (const Unknown& unknown : unknowns) {
+        const double before = *unknown.value;
+        wider.push_back(before);
+        if (before == 0) continue;
+        *unknown.value = step * before;
+        const double above = likely();
+        *unknown.value = before / step;
+        const double below = likely();
+        *unknown.value = before;
+        const double curvature = (2 * best - above - below) / std::pow(std::log(step), 2);
+        const double variance = curvature > 0 ? std::min(1 / curvature, widest * widest) : widest * widest;
+        wider.back() = before * std::exp(variance);
+    }
+    for (std::size_t i = 0; i < unknowns.size(); ++i) *unknowns[i].value = wider[i];
 }
 
 /// Slow states of kinds that were learned take on their new variance.
@@ -134,13 +166,16 @@ bool NoiseLearner::due(Nanoseconds until) const {
 double NoiseLearner::evidence(const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const {
     Track track = origin_;
     track.noise = noise;
+    track.searched = std::numeric_limits<Nanoseconds>::max() / 2;  // its place is not sought anew meanwhile
     adopt(track, models);
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i) {
         predict(track, events_[i].time, models);
         sum += take(track, events_[i], models);
     }
-    if (end != nullptr) *end = track;
+    if (end == nullptr) return sum;
+    *end = track;
+    end->searched = origin_.searched;
     return sum;
 }
 
@@ -181,12 +216,19 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
         }
         if (!moved && step < 2) break;
     }
+    origin_.noise = noise;  // where the next search starts
+    widen(unknowns, best, likely);
+    if (getenv("RFDEBUG"))
+        fprintf(stderr, "t %.1f n %zu best %.1f way %.2f turn %.2f | rec f %.2f c %.3f o %.3f w %.3f s %.3f | det f %.2f c %.3f o %.3f w %.3f s %.3f | b %.2f bw %.4f bc %.4f hyp %zu\n",
+                to_seconds(until), count, best, noise.way, noise.turn, noise.receiver.factor, noise.receiver.common, noise.receiver.own, noise.receiver.wander,
+                noise.receiver.scale, noise.detector.factor, noise.detector.common, noise.detector.own, noise.detector.wander, noise.detector.scale,
+                noise.bearing, noise.bearing_wander, noise.bearing_common, origin_.belief.hypotheses.size());
     Track end;
     evidence(noise, count, models, &end);
     end.born = origin_.born;
     learned_ = until;
     wait_ = std::min(2 * wait_, longest_wait);
-    origin_.noise = noise;
+    noise_ = noise;
     if (count > most_events) forget(count - most_events / 2, models);
     return end;
 }
@@ -194,8 +236,9 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
 /// Moves the origin on past the first `count` events.
 void NoiseLearner::forget(std::size_t count, const TrackingModels& models) {
     Track later;
-    evidence(origin_.noise, count, models, &later);
+    evidence(noise_, count, models, &later);
     later.born = origin_.born;
+    later.noise = origin_.noise;
     origin_ = later;
     events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(count));
 }

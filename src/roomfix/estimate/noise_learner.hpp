@@ -29,7 +29,8 @@ private:
     void forget(std::size_t count, const TrackingModels& models);
 
     bool begun_ = false;
-    Track origin_;               // before all events
+    Track origin_;               // before all events, with the likeliest noise
+    SenseNoise noise_;           // as it was learned last
     std::vector<Event> events_;  // in their order
     double wait_ = 0;            // s from the origin's start until it is due
     Nanoseconds learned_ = 0;

@@ -33,6 +33,7 @@ public:
     std::optional<OdometryStep> step(Nanoseconds from, Nanoseconds to) const;
 
     bool empty() const { return poses_.empty(); }
+    Nanoseconds newest_time() const { return poses_.back().time; }
     /// Drops what lies before a time, but for the last pose before it.
     void forget_before(Nanoseconds time);
 

@@ -18,13 +18,11 @@ constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
 constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
 constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
 
-constexpr double search_often = 1;               // s between searches for a robot that is not found yet
 constexpr double search_again = 5;               // s between searches for one whose senses contradict where it should be
 constexpr double memory_of_agreement = 20;       // observations
 constexpr double disagreement = 0.25;            // mean probability of being right: less, and its place is sought anew
 constexpr std::size_t enough_heard = 20;
-constexpr std::size_t kept_until_found = 600;
-constexpr std::size_t kept_while_found = 60;
+constexpr std::size_t kept_heard = 60;
 
 Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
     const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
@@ -245,8 +243,8 @@ std::optional<double> sigma_of(const SlowState& slow, const Track& track, const 
 }
 
 std::string why_not_found(const Track& track, const TrackingModels& models) {
-    if (track.heard.empty()) return "nothing was heard or seen of it";
-    const StartPlaces found = search_start(track.heard, track.robot, models, models.settings.start_patience);
+    if (track.cloud.empty()) return "nothing was heard or seen of it";
+    const StartPlaces found = track.cloud.places(models, models.settings.start_patience);
     return found.reason.empty() ? "it was found only at the very end" : found.reason;
 }
 
@@ -344,49 +342,47 @@ double take_pose(Track& track, const PoseObservation& observation, int source, c
     });
 }
 
-/// Noise of the robot's senses as the search for its place found it: what is left over is larger than stated, and partly the same for all.
-void expect_errors(RangeErrors& errors, const StartPlaces& found, double stated) {
+/// Noise of the robot's senses as the search for its place found it: larger than stated, and partly the same for all.
+void expect_errors(RangeErrors& errors, double found, double stated) {
     constexpr double much = 1.5;  // times what is stated: less is chance
-    if (found.error < much * stated) return;
-    errors.factor = std::max(errors.factor, found.error / stated);
-    errors.common = std::max({errors.common, found.error, std::abs(found.bias)});
-    errors.own = std::max(errors.own, 0.5 * found.error);
-    errors.wander = std::max(errors.wander, 0.5 * found.error);
+    if (found < much * stated) return;
+    errors.factor = std::max(errors.factor, found / stated);
+    errors.common = std::max(errors.common, found);
+    errors.own = std::max(errors.own, 0.5 * found);
+    errors.wander = std::max(errors.wander, 0.5 * found);
 }
 
-/// Seeks the robot's place in what it heard; not too often, since it takes time.
-StartPlaces seek(Track& track, const TrackingModels& models) {
-    track.searched = time_of(track.heard.back());
-    return search_start(track.heard, track.robot, models, models.settings.start_patience);
-}
-
+/// Its senses contradict where it should be: perhaps they put it elsewhere.
 void find_again(Track& track, const TrackingModels& models) {
     if (to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
-    const StartPlaces found = seek(track, models);
+    track.searched = track.time;
     track.agreement = 1;
+    StartCloud cloud;
+    for (const Heard& heard : track.heard) cloud.take(heard, track.robot, models);
+    const StartPlaces found = cloud.places(models, 0);
     if (!found.places.empty()) add_places(track, found.places, models.settings.kidnapping, models);
 }
 
 /// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
 template <class Observation>
 bool hear(Track& track, const Observation& o, const TrackingModels& models) {
-    if (track.heard.size() >= (track.alive() ? kept_while_found : kept_until_found)) {
-        track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(track.heard.size() / 2));
+    if (track.alive()) {
+        if (track.heard.size() >= kept_heard) track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(kept_heard / 2));
+        track.heard.push_back(o);
+        return true;
     }
-    track.heard.push_back(o);
-    if (track.alive()) return true;
-    const double waited = to_seconds(o.time - time_of(track.heard.front()));
-    if (to_seconds(o.time - track.searched) < std::max(search_often, 0.1 * waited)) return false;
-    const StartPlaces found = seek(track, models);
+    track.cloud.take(o, track.robot, models);
+    const StartPlaces found = track.cloud.places(models, models.settings.start_patience);
     if (found.places.empty()) return false;
-    const std::vector<Heard> heard = track.heard;
     start(track, found.places, o.time, models);
+    track.noise.way = track.noise.turn = models.settings.unknown_wheels;
     if constexpr (std::is_same_v<Observation, SightingObservation>) {
-        if (o.range) expect_errors(track.noise.detector, found, o.range_sigma);
+        if (o.range) expect_errors(track.noise.detector, found.error, o.range_sigma);
     } else {
-        expect_errors(track.noise.receiver, found, o.sigma);
+        expect_errors(track.noise.receiver, found.error, o.sigma);
     }
     track.agreement = 1;
+    track.cloud = {};
     return false;
 }
 

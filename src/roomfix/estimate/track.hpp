@@ -8,7 +8,7 @@
 
 #include "roomfix/estimate/event.hpp"
 #include "roomfix/estimate/robot_belief.hpp"
-#include "roomfix/estimate/start_search.hpp"
+#include "roomfix/estimate/start_cloud.hpp"
 #include "roomfix/estimate/tracking_models.hpp"
 
 namespace roomfix {
@@ -48,7 +48,8 @@ struct Track {
     double budget = most_budget;      // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
     SenseNoise noise;                   // of its own senses, as learned
-    std::vector<Heard> heard;           // lately by its receivers and its detector: all until it is found, then some
+    StartCloud cloud;                   // where it may be, until it is found
+    std::vector<Heard> heard;           // lately by its receivers and its detector, once it is found
     double agreement = 1;               // smoothed probability that what it hears is right
     Nanoseconds searched = never;       // when its place was last sought from what it heard
 

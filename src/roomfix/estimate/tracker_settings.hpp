@@ -14,6 +14,7 @@ struct TrackerSettings {
     OdometryNoise odometry;
     OdometryLimits odometry_limits;
     LateModel late;
+    double unknown_wheels = 3;       // times the wheels' random errors, of a robot that was found by its own senses, until it is learned how they err
     double range_bias_memory = 600;  // s
     double wander_way = 1;           // m: over that way an error that depends on the place is another
 

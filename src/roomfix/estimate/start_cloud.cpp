@@ -1,0 +1,324 @@
+#include "roomfix/estimate/start_cloud.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace roomfix {
+namespace {
+
+constexpr std::size_t guess_count = 4000;
+constexpr double degrees_of_freedom = 4;  // of Student's t distribution, by which ranges err
+constexpr double largest_error = 60;      // times what is stated
+constexpr double bearing_error = 3;       // times what is stated
+constexpr double misread = 0.05;          // part of what is seen that is something else
+constexpr double anywhere = 20;           // m, over which that is
+
+// Of wheels of which nobody knows how they err.
+constexpr double way_error = 0.05, way_part = 0.03;                          // per root of a metre, of a metre
+constexpr double turn_error = 0.15, turn_per_way = 0.05, turn_still = 0.005;  // per root of a radian, of a metre, of a second
+// Of a robot of which nobody knows how it moves, per root of a second.
+constexpr double walk = 0.3, walk_turn = 0.5;
+
+// What one source says again says something new after such a way, turning, or time.
+constexpr double new_way = 0.1, new_turning = 0.3;
+constexpr double new_time = 0.5, new_time_on_wheels = 5;
+
+constexpr int least_used = 4;
+constexpr double near = 0.25;        // m: a place known that well is known well enough ...
+constexpr double bent = 0.12;        // ... or to that part of the distance to what was heard
+constexpr double front_known = 0.3;  // rad
+constexpr std::size_t most_places = 4;
+constexpr double least_share = 0.1;  // of a place that is not to be forgotten
+constexpr double enough = 0.75;      // of all that the places together must make up
+
+/// Receiver and beacon, or landmark.
+std::pair<int, int> source_of(const Heard& heard) {
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) return {range->receiver, range->beacon};
+    if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
+        return {difference->receiver, 1000 * (1 + difference->beacons[0]) + difference->beacons[1]};
+    }
+    return {-1, std::get<SightingObservation>(heard).landmark};
+}
+
+const Eigen::Vector3d& beacon_of(const TrackingModels& models, int number) { return models.site.beacons[static_cast<std::size_t>(number)].position; }
+
+double stated_error(const Heard& heard) {
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) return range->sigma;
+    if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) return difference->sigma;
+    return std::get<SightingObservation>(heard).range_sigma;
+}
+
+/// Density of an error, by Student's t distribution.
+double student(double error, double sigma) {
+    constexpr double v = degrees_of_freedom;
+    return 0.375 / sigma * std::pow(1 + error * error / (v * sigma * sigma), -0.5 * (v + 1));
+}
+
+Eigen::Vector3d ear_at(const Pose2& robot, const RangeSource& receiver, bool front) {
+    Eigen::Vector3d ear = receiver.receiver;
+    if (!front) ear.head<2>().setZero();
+    ear.head<2>() = Eigen::Rotation2Dd(robot.yaw) * ear.head<2>() + Eigen::Vector2d(robot.x, robot.y);
+    return ear;
+}
+
+}  // namespace
+
+Nanoseconds time_of(const Heard& heard) {
+    return std::visit([](const auto& h) { return h.time; }, heard);
+}
+
+void StartCloud::take(const Heard& heard, int robot, const TrackingModels& models) {
+    robot_ = robot;
+    const auto* sighting = std::get_if<SightingObservation>(&heard);
+    sees_ |= sighting != nullptr && sighting->bearing.has_value();
+    const bool drives = !models.driven[static_cast<std::size_t>(robot)].empty();
+    shows_front_ = sees_ || drives || models.receivers[static_cast<std::size_t>(robot)].size() > 1;
+    if (guesses_.empty()) return begin(heard, models);
+    move(time_of(heard), models);
+    if (!tells_something(heard)) return;
+    ++used_;
+    weigh(heard, models);
+}
+
+/// All around what was heard first.
+void StartCloud::begin(const Heard& heard, const TrackingModels& models) {
+    begun_ = time_ = time_of(heard);
+    used_ = 1;
+    (void)tells_something(heard);
+    guesses_.resize(guess_count);
+    std::vector<Eigen::Vector2d> around;
+    double radius = 3;
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) {
+        around.push_back(beacon_of(models, range->beacon).head<2>());
+        radius = range->range;
+    } else if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
+        for (const int beacon : difference->beacons) around.push_back(beacon_of(models, beacon).head<2>());
+        radius = (around[0] - around[1]).norm();
+    } else {
+        const auto& sighting = std::get<SightingObservation>(heard);
+        for (std::size_t i = 0; i < models.marks.size(); ++i) {
+            const bool named = sighting.landmark == static_cast<int>(i);
+            if (named || (sighting.landmark < 0 && models.marks[i].plain)) around.push_back(models.marks[i].place);
+        }
+        radius = sighting.range.value_or(radius);
+    }
+    distance_ = radius;
+    const bool anywhere_within = std::holds_alternative<RangeDifferenceObservation>(heard) || !std::visit([](const auto& h) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(h)>, SightingObservation>) return h.range.has_value();
+        return true;
+    }, heard);
+    for (Guess& guess : guesses_) {
+        const double error = stated_error(heard) * std::pow(largest_error, random_.uniform());
+        const auto which = std::min(static_cast<std::size_t>(random_.uniform() * static_cast<double>(around.size())), around.size() - 1);
+        const double far = anywhere_within ? 2 * radius * std::sqrt(random_.uniform()) : std::max(radius + 1.5 * error * random_.normal(), 0.0);
+        const double direction = 2 * std::numbers::pi * random_.uniform();
+        const Eigen::Vector2d place = around[which] + far * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+        guess.x = place.x();
+        guess.y = place.y();
+        guess.yaw = 2 * std::numbers::pi * random_.uniform();
+        guess.log_error = std::log(error);
+        const auto* sighting = std::get_if<SightingObservation>(&heard);
+        if (sighting != nullptr && sighting->bearing) {
+            guess.yaw = direction + std::numbers::pi - *sighting->bearing + bearing_error * sighting->bearing_sigma * random_.normal();
+        }
+    }
+}
+
+/// As the wheels say, or at random; up to the wheels' last word if what was heard is newer.
+void StartCloud::move(Nanoseconds time, const TrackingModels& models) {
+    if (time <= time_) return;
+    const OdometryTrack& driven = models.driven[static_cast<std::size_t>(robot_)];
+    Nanoseconds to = time;
+    if (!driven.empty() && driven.newest_time() > time_) to = std::min(time, driven.newest_time());
+    const auto step = driven.step(time_, to);
+    const double seconds = to_seconds((step ? to : time) - time_);
+    time_ = step ? to : time;
+    if (step) {
+        const double way = step->way.norm(), turned = std::abs(step->turned);
+        way_ += way;
+        turning_ += turned;
+        const double along = way_error * std::sqrt(way) + way_part * way;
+        const double turn = turn_error * std::sqrt(turned) + turn_per_way * std::sqrt(way) + turn_still * std::sqrt(seconds);
+        for (Guess& guess : guesses_) {
+            const Eigen::Vector2d moved = Eigen::Rotation2Dd(guess.yaw) * (step->way + along * Eigen::Vector2d(random_.normal(), random_.normal()));
+            guess.x += moved.x();
+            guess.y += moved.y();
+            guess.yaw += step->turned + turn * random_.normal();
+        }
+        return;
+    }
+    const double root = std::sqrt(seconds);
+    for (Guess& guess : guesses_) {
+        guess.x += walk * root * random_.normal();
+        guess.y += walk * root * random_.normal();
+        guess.yaw += walk_turn * root * random_.normal();
+    }
+}
+
+bool StartCloud::tells_something(const Heard& heard) {
+    const auto [known, fresh] = last_.try_emplace(source_of(heard), LastWord{way_, turning_, time_of(heard)});
+    if (fresh) return true;
+    LastWord& last = known->second;
+    const double seconds = to_seconds(time_of(heard) - last.time);
+    const bool moved = way_ - last.way > new_way || turning_ - last.turning > new_turning;
+    const bool waited = seconds > (way_ > 0 ? new_time_on_wheels : new_time);
+    // Without a name nobody knows whether it is the same landmark again.
+    if (!moved && !waited && known->first.second >= 0) return false;
+    last = {way_, turning_, time_of(heard)};
+    return true;
+}
+
+void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
+    const auto likelihood = [&](const Guess& guess) {
+        const Pose2 robot{guess.x, guess.y, guess.yaw};
+        const double sigma = std::exp(guess.log_error);
+        if (const auto* range = std::get_if<RangeObservation>(&heard)) {
+            const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, range->receiver), shows_front_);
+            return student(range->range - (ear - beacon_of(models, range->beacon)).norm(), sigma);
+        }
+        if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
+            const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, difference->receiver), shows_front_);
+            const double exact = (ear - beacon_of(models, difference->beacons[1])).norm() - (ear - beacon_of(models, difference->beacons[0])).norm();
+            return student(difference->difference - exact, sigma);
+        }
+        const auto& seen = std::get<SightingObservation>(heard);
+        const auto of = [&](int landmark) {
+            const PredictedSighting exact = predict_sighting(robot, models.marks[static_cast<std::size_t>(landmark)].place);
+            double density = seen.range ? student(*seen.range - exact.range, sigma) : 1;
+            if (seen.bearing) density *= student(wrap_angle(*seen.bearing - exact.bearing), bearing_error * seen.bearing_sigma);
+            return density;
+        };
+        const double nothing = (seen.range ? 1 / anywhere : 1) * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
+        if (seen.landmark >= 0) return (1 - misread) * of(seen.landmark) + misread * nothing;
+        double sum = 0, count = 0;
+        for (std::size_t i = 0; i < models.marks.size(); ++i) {
+            if (!models.marks[i].plain) continue;
+            sum += of(static_cast<int>(i));
+            ++count;
+        }
+        return (1 - misread) * sum / std::max(count, 1.0) + misread * nothing;
+    };
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) distance_ += 0.2 * (range->range - distance_);
+    if (const auto* seen = std::get_if<SightingObservation>(&heard); seen != nullptr && seen->range) distance_ += 0.2 * (*seen->range - distance_);
+    double most = -1e300;
+    for (Guess& guess : guesses_) {
+        guess.log_weight += std::log(likelihood(guess) + 1e-30);
+        most = std::max(most, guess.log_weight);
+    }
+    double sum = 0, squares = 0;
+    for (Guess& guess : guesses_) {
+        guess.log_weight -= most;
+        const double w = std::exp(guess.log_weight);
+        sum += w;
+        squares += w * w;
+    }
+    if (sum * sum / squares < 0.5 * static_cast<double>(guesses_.size())) draw_again();
+}
+
+/// Guesses by their weights, each then a little apart from its like.
+void StartCloud::draw_again() {
+    double sum = 0;
+    for (const Guess& guess : guesses_) sum += std::exp(guess.log_weight);
+    const double step = sum / static_cast<double>(guesses_.size());
+    std::vector<Guess> drawn;
+    drawn.reserve(guesses_.size());
+    double next = step * random_.uniform(), passed = 0;
+    for (const Guess& guess : guesses_) {
+        passed += std::exp(guess.log_weight);
+        for (; next < passed && drawn.size() < guesses_.size(); next += step) drawn.push_back(guess);
+    }
+    while (drawn.size() < guesses_.size()) drawn.push_back(drawn.back());
+    for (Guess& guess : drawn) {
+        const double apart = 0.2 * std::exp(guess.log_error);
+        guess.x += apart * random_.normal();
+        guess.y += apart * random_.normal();
+        guess.yaw += 0.03 * random_.normal();
+        guess.log_error += 0.05 * random_.normal();
+        guess.log_weight = 0;
+    }
+    guesses_ = std::move(drawn);
+}
+
+StartPlaces StartCloud::places(const TrackingModels& models, double patience) const {
+    StartPlaces result;
+    if (used_ < least_used) {
+        result.reason = fmt::format("only {} ranges or sightings told something new", used_);
+        return result;
+    }
+    (void)models;
+    const double waited = to_seconds(time_ - begun_);
+    const double reach = std::max(near, bent * distance_);
+    std::vector<double> left;  // weights of the guesses that belong to no place yet
+    double all = 0;
+    for (const Guess& guess : guesses_) {
+        left.push_back(std::exp(guess.log_weight));
+        all += left.back();
+    }
+    double taken = 0;
+    bool fronts = true;
+    for (std::size_t k = 0; k < most_places; ++k) {
+        // Around the heaviest guess, then around the mean of what is near that, once more.
+        const auto heaviest = static_cast<std::size_t>(std::max_element(left.begin(), left.end()) - left.begin());
+        Eigen::Vector2d middle(guesses_[heaviest].x, guesses_[heaviest].y);
+        Eigen::Vector2d front = Eigen::Vector2d(std::cos(guesses_[heaviest].yaw), std::sin(guesses_[heaviest].yaw));
+        Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+        double weight = 0, error = 0, yaw = 0;
+        const auto belongs = [&](const Guess& guess) {
+            if ((Eigen::Vector2d(guess.x, guess.y) - middle).norm() > 3 * reach) return false;
+            return !shows_front_ || !fronts || std::cos(guess.yaw) * front.x() + std::sin(guess.yaw) * front.y() > 0.5;
+        };
+        for (int round = 0; round < 3; ++round) {
+            Eigen::Vector2d sum = Eigen::Vector2d::Zero(), fronts_sum = Eigen::Vector2d::Zero();
+            weight = error = 0;
+            for (std::size_t i = 0; i < guesses_.size(); ++i) {
+                if (left[i] <= 0 || !belongs(guesses_[i])) continue;
+                weight += left[i];
+                sum += left[i] * Eigen::Vector2d(guesses_[i].x, guesses_[i].y);
+                fronts_sum += left[i] * Eigen::Vector2d(std::cos(guesses_[i].yaw), std::sin(guesses_[i].yaw));
+                error += left[i] * guesses_[i].log_error;
+            }
+            middle = sum / weight;
+            front = fronts_sum / weight;
+            if (front.norm() > 1e-6) front.normalize();
+        }
+        yaw = std::atan2(front.y(), front.x());
+        double inside = 0;
+        for (std::size_t i = 0; i < guesses_.size(); ++i) {
+            if (left[i] <= 0 || !belongs(guesses_[i])) continue;
+            const Eigen::Vector3d off(guesses_[i].x - middle.x(), guesses_[i].y - middle.y(), wrap_angle(guesses_[i].yaw - yaw));
+            spread += left[i] * off * off.transpose();
+            inside += left[i];
+            left[i] = 0;
+        }
+        spread /= inside;
+        if (inside / all < least_share) break;
+        spread.diagonal() += Eigen::Vector3d(1e-6, 1e-6, 1e-6);
+        const bool known = spread(2, 2) < front_known * front_known;
+        if (k == 0) result.error = std::exp(error / weight);
+        result.places.push_back({{middle.x(), middle.y(), yaw}, spread, known, inside / all});
+        taken += inside / all;
+    }
+    const auto vague = [&](const PlaceProposal& place) { return worst_sigma(place.covariance.topLeftCorner<2, 2>()) > reach; };
+    const auto any = [&](const auto& what) { return std::any_of(result.places.begin(), result.places.end(), what); };
+    const bool front_missing = shows_front_ && any([](const PlaceProposal& place) { return !place.yaw_known; });
+    const bool one = !result.places.empty() && result.places.front().weight > 0.9;
+    if (taken < enough || any(vague)) {
+        result.reason = fmt::format("what it heard or saw {} times leaves its place open: it must drive on", used_);
+    } else if (!one && waited < patience) {
+        result.reason = fmt::format("{} places are possible, the likeliest by {:.0f} %: it must drive on", result.places.size(), 100 * result.places[0].weight);
+    } else if (front_missing && (sees_ || waited < patience)) {
+        result.reason = "its front is still unknown: it must drive on";
+    }
+    if (!result.reason.empty()) {
+        result.places.clear();
+        return result;
+    }
+    for (PlaceProposal& place : result.places) place.weight /= taken;
+    return result;
+}
+
+}  // namespace roomfix
