@@ -116,9 +116,9 @@ TEST(RangeData, TheTrackerLearnsTheRangesErrorsOnPlaza1) {
     receiver.sigma = 0.7;
     receiver.bias_sigma = 2;
     receiver.scale_sigma = 0.05;
-    mower.receiver = receiver;
+    mower.receivers = {receiver};
     TrackerSettings settings;
-    settings.lost = 10;  // outdoors, metres count
+    site.lost = 10;  // outdoors, metres count
     Tracker tracker(site, settings);
 
     const auto driven = load_odometry((folder / "odometry.csv").string(), site, 0);

@@ -451,7 +451,8 @@ TEST(Belief, StaysPositiveDefiniteInTenMillionUpdates) {
     Belief belief = belief_at({4, 3, 0}, Eigen::Vector3d(1e4, 1e4, 3).asDiagonal(), 1, 1, {});
     MotionModel motion;
     motion.drive = Drive::differential;
-    const RangeSource source{{0.1, 0, 0.3}, {}, 0.1, 0.01, 600};
+    RangeSource source{{0.1, 0, 0.3}, {}, 0.1, 0.01, 600};
+    source.own_sigma = own_part * source.bias_sigma;
     PoseObservation pose = seen(4, 3, 0, 1e-5);
     pose.covariance(2, 2) = 1e-12;
     int checked = 0;

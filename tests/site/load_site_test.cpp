@@ -117,7 +117,7 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"count: many", "count: lots", "must be 'many' or 1"},
         {"size: [0.54, 0.54, 0.45]", "size: [0.54, 0, 0.45]", "must lie between"},
         {"tag: 5, size: 0.16", "tag: 5", "needs the key 'size'"},
-        {"tag: 5, size: 0.16", "size: 0.16", "either legs"},
+        {"tag: 5, size: 0.16", "size: 0.16", "belongs to a tag"},
         {"legs: [0.10, 0.15]", "legs: [0.10, 0.15], tag: 3", "only one of"},
         {"tag: 6", "tag: 5", "already"},
         {"facing: wall", "facing: north", "facing must be"},

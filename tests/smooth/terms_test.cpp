@@ -110,7 +110,7 @@ TEST_F(Terms, CornersHaveTheirDerivatives) {
 }
 
 TEST_F(Terms, RangesHaveTheirDerivativesOnTimeLateAndEarly) {
-    const PredictedRange exact = predict_range(pose(), models_.ranges[0].receiver, models_.site.beacons[1].position);
+    const PredictedRange exact = predict_range(pose(), models_.receiver(0).receiver, models_.site.beacons[1].position);
     for (const double error : {0.0, 0.02, -0.05, 0.3, 2.0, -0.5}) {
         RangeObservation range;
         range.beacon = 1;
@@ -120,8 +120,8 @@ TEST_F(Terms, RangesHaveTheirDerivativesOnTimeLateAndEarly) {
     }
     RangeDifferenceObservation difference;
     difference.beacons = {0, 3};
-    const PredictedRange a = predict_range(pose(), models_.ranges[0].receiver, models_.site.beacons[0].position);
-    const PredictedRange b = predict_range(pose(), models_.ranges[0].receiver, models_.site.beacons[3].position);
+    const PredictedRange a = predict_range(pose(), models_.receiver(0).receiver, models_.site.beacons[0].position);
+    const PredictedRange b = predict_range(pose(), models_.receiver(0).receiver, models_.site.beacons[3].position);
     difference.difference = b.range - a.range + 0.04;
     difference.sigma = 0.03;
     check({time_, models_.range_source, difference});

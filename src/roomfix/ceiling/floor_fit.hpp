@@ -21,9 +21,9 @@ struct SeenPoint {
 
 /// A range from the robot's receiver to a beacon.
 struct HeardRange {
-    Eigen::Vector3d beacon;  // m, map
-    double range = 0;        // m
-    double sigma = 0.02;     // m
+    Eigen::Vector3d beacon;                              // m, map
+    double range = 0;                                    // m
+    double sigma = 0.02;                                 // m
     Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
 };
 

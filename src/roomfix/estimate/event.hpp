@@ -61,8 +61,8 @@ struct Event {
     Nanoseconds time = 0;
     int source = 0;  // of the tracker's sources
     int key = 0;     // tells apart what one source says at one time
-    std::variant<PoseObservation, GroupSighting, TagSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation, SightingObservation,
-                 PlaceSighting, TimePassed>
+    std::variant<PoseObservation, GroupSighting, TagSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation,
+                 SightingObservation, PlaceSighting, TimePassed>
         what;
 
     bool operator<(const Event& other) const { return std::tie(time, source, key) < std::tie(other.time, other.source, other.key); }

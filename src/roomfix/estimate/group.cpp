@@ -91,7 +91,7 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     const bool hardly_known = track.hardly_known(time, settings.ok);
     if (sigma > models.site.lost || hardly_known) {
         fix.reason = sigma > models.site.lost ? fmt::format("not seen for {:.1f} s: it may be anywhere within {:.1f} m", unseen, 2 * sigma)
-                                           : "it was seen for a moment only";
+                                              : "it was seen for a moment only";
         return fix;
     }
     fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
@@ -101,6 +101,16 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
         fix.reason = fmt::format("{} places are possible, the likeliest by {:.0f} %", track.belief.hypotheses.size(), 100 * track.belief.best_weight());
         fix.status = FixStatus::none;
         return fix;
+    }
+    if (!track.cloud.empty()) {
+        const PlaceProposal about = track.cloud.moments();
+        fix.pose = {about.pose.x, about.pose.y, wrap_angle(about.pose.yaw)};
+        fix.covariance = about.covariance;
+        if (worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > models.site.lost) {
+            fix.reason = "its place has become doubtful: it must drive on";
+            fix.status = FixStatus::none;
+            return fix;
+        }
     }
     fix.yaw_known = best.yaw_known();
     if (!fix.yaw_known) {

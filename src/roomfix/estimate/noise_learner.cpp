@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <cstdio>
-#include <cstdlib>
 
 namespace roomfix {
 namespace {
 
-constexpr double first_wait = 8;         // s until it is learned for the first time, then after twice as long, ...
-constexpr double longest_wait = 256;     // s
+constexpr double first_wait = 8;      // s until it is learned for the first time, then after twice as long, ...
+constexpr double longest_wait = 256;  // s
 constexpr std::size_t least_events = 40;
 constexpr std::size_t most_events = 3000;
-constexpr double usual_wheels = 2;        // times the random errors of good wheels
-constexpr double spread_of_wheels = 1.2;  // of its logarithm
+constexpr double usual_wheels = 2;      // times the random errors of good wheels
+constexpr double spread_of_wheels = 1;  // of its logarithm
+constexpr double way_like_turn = 0.7;   // by so much the logarithms of their errors of way and turning differ
 constexpr double cost_of_an_error = 3;  // nats: a kind of error that explains less is left out
 
 /// One number of the noise that is sought.
@@ -78,6 +76,7 @@ void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknown
     unknowns.back().least = 0.002;
     unknowns.back().most = 0.3;
     unknowns[unknowns.size() - 5].most = 1000;
+    unknowns.push_back({&errors.early, 0.05, 0.03, 1, 0.005, 0.3});
 }
 
 std::vector<Unknown> unknowns_of(SenseNoise& noise, const Kinds& kinds) {
@@ -146,10 +145,11 @@ void adopt(Track& track, const TrackingModels& models) {
 }  // namespace
 
 void NoiseLearner::begin(const Track& track) {
+    wait_ = begun_ && origin_.born == track.born ? std::max(0.25 * wait_, first_wait) : first_wait;
     begun_ = true;
     origin_ = track;
+    noise_ = track.noise;
     events_.clear();
-    wait_ = first_wait;
     learned_ = track.time;
 }
 
@@ -158,15 +158,14 @@ void NoiseLearner::add(const Event& event) {
     events_.insert(std::upper_bound(events_.begin(), events_.end(), event), event);
 }
 
-bool NoiseLearner::due(Nanoseconds until) const {
-    return begun_ && events_.size() >= least_events && to_seconds(until - learned_) >= wait_;
-}
+bool NoiseLearner::due(Nanoseconds until) const { return begun_ && events_.size() >= least_events && to_seconds(until - learned_) >= wait_; }
 
 /// Log density of the first `count` events. `end` receives the track after them.
 double NoiseLearner::evidence(const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const {
     Track track = origin_;
     track.noise = noise;
-    track.searched = std::numeric_limits<Nanoseconds>::max() / 2;  // its place is not sought anew meanwhile
+    track.seeks = false;
+    track.cloud = {};
     adopt(track, models);
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -175,7 +174,7 @@ double NoiseLearner::evidence(const SenseNoise& noise, std::size_t count, const 
     }
     if (end == nullptr) return sum;
     *end = track;
-    end->searched = origin_.searched;
+    end->seeks = true;
     return sum;
 }
 
@@ -187,7 +186,7 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     const auto likely = [&] {
         double sum = evidence(noise, count, models, nullptr);
         for (const Unknown& u : unknowns) sum += u.log_prior();
-        return sum;
+        return sum - 0.5 * std::pow(std::log(noise.way / noise.turn) / way_like_turn, 2);
     };
     double best = likely();
     for (const double step : {2.0, 2.0, 1.4, 1.2}) {
@@ -212,20 +211,17 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
             }
             if (unknown.from_nothing > 0 && attempt(0)) continue;
             const bool up = attempt(step * *unknown.value);
-            for (int i = 0; i < 6 && attempt((up ? step : 1 / step) * *unknown.value); ++i) {}
+            for (int i = 0; i < 6 && attempt((up ? step : 1 / step) * *unknown.value); ++i) {
+            }
         }
         if (!moved && step < 2) break;
     }
     origin_.noise = noise;  // where the next search starts
     widen(unknowns, best, likely);
-    if (getenv("RFDEBUG"))
-        fprintf(stderr, "t %.1f n %zu best %.1f way %.2f turn %.2f | rec f %.2f c %.3f o %.3f w %.3f s %.3f | det f %.2f c %.3f o %.3f w %.3f s %.3f | b %.2f bw %.4f bc %.4f hyp %zu\n",
-                to_seconds(until), count, best, noise.way, noise.turn, noise.receiver.factor, noise.receiver.common, noise.receiver.own, noise.receiver.wander,
-                noise.receiver.scale, noise.detector.factor, noise.detector.common, noise.detector.own, noise.detector.wander, noise.detector.scale,
-                noise.bearing, noise.bearing_wander, noise.bearing_common, origin_.belief.hypotheses.size());
     Track end;
     evidence(noise, count, models, &end);
     end.born = origin_.born;
+    end.relocated = origin_.relocated;
     learned_ = until;
     wait_ = std::min(2 * wait_, longest_wait);
     noise_ = noise;
@@ -238,6 +234,7 @@ void NoiseLearner::forget(std::size_t count, const TrackingModels& models) {
     Track later;
     evidence(noise_, count, models, &later);
     later.born = origin_.born;
+    later.relocated = origin_.relocated;
     later.noise = origin_.noise;
     origin_ = later;
     events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(count));

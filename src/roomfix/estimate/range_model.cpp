@@ -52,6 +52,7 @@ RangeSource learned(RangeSource source, const RangeErrors& errors) {
     source.own_sigma = std::max(source.own_sigma, errors.own);
     source.scale_sigma = std::max(source.scale_sigma, errors.scale);
     source.wander_sigma = errors.wander;
+    source.late.early = errors.early;
     return source;
 }
 
@@ -129,7 +130,9 @@ Surprise update_difference(Belief& belief, const RangeDifferenceObservation& obs
     const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_difference(taken, at, first, second, source); };
     const Pose2 pose = belief.pose();
     const double nearest = std::min(predict_range(pose, source.receiver, first).range, predict_range(pose, source.receiver, second).range);
-    const auto measure = [&](const Gaussian1& prior) { return measure_difference(prior, observation.difference, source.factor * observation.sigma, source.late); };
+    const auto measure = [&](const Gaussian1& prior) {
+        return measure_difference(prior, observation.difference, source.factor * observation.sigma, source.late);
+    };
     return update_twice(belief, nearest, predict, measure);
 }
 

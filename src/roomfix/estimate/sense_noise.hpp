@@ -1,6 +1,8 @@
 // How a robot's own senses err beyond what is stated of them: learned while it drives (noise_learner.hpp).
 #pragma once
 
+#include <cmath>
+
 #include "roomfix/estimate/motion.hpp"
 #include "roomfix/observation/range_noise.hpp"
 
@@ -13,6 +15,7 @@ struct RangeErrors {
     double own = 0;     // m, of what the ranges to one beacon have in common
     double wander = 0;  // m, of what changes with the place
     double scale = 0;   // part of the range
+    double early = 0;   // part of the ranges that are far too short
 };
 
 struct SenseNoise {
@@ -27,7 +30,7 @@ struct SenseNoise {
 /// The wheels' noise as it was learned.
 inline OdometryNoise learned(OdometryNoise noise, const SenseNoise& sense) {
     noise.along *= sense.way;
-    noise.across *= sense.way;
+    noise.across *= std::sqrt(sense.way);  // wheels slip along their way rather than across it
     noise.turn_per_metre *= sense.turn;
     noise.turn_per_radian *= sense.turn;
     return noise;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/estimate/late_range.hpp"
 #include "roomfix/geometry/pose.hpp"
 
 namespace roomfix {
@@ -18,9 +19,7 @@ using Column = Eigen::Vector2d;
 int rows_of(const SightingObservation& seen) { return static_cast<int>(seen.range.has_value()) + static_cast<int>(seen.bearing.has_value()); }
 
 /// Log density of an outlier over all that the sighting could have been.
-double log_anywhere(const SightingObservation& seen) {
-    return -(seen.range ? std::log(farthest) : 0) - (seen.bearing ? std::log(2 * std::numbers::pi) : 0);
-}
+double log_anywhere(const SightingObservation& seen) { return -(seen.range ? std::log(farthest) : 0) - (seen.bearing ? std::log(2 * std::numbers::pi) : 0); }
 
 /// Innovation's covariance, of the rows that were seen.
 Eigen::Matrix2d innovation_of(const Belief& belief, const Linearised<2>& l) {
@@ -33,27 +32,26 @@ Eigen::Matrix2d innovation_of(const Belief& belief, const Linearised<2>& l) {
     return s;
 }
 
-/// Log density of what was seen.
-double log_likelihood(const Belief& belief, const SightingObservation& seen, const Linearised<2>& l) {
+/// Log density of what was seen: the bearing's, and the range's where the bearing is what it is.
+double log_likelihood(const Belief& belief, const SightingObservation& seen, const Linearised<2>& l, const DetectorSource& source) {
     const Eigen::Matrix2d s = innovation_of(belief, l);
-    const double determinant = seen.range && seen.bearing ? s.determinant() : seen.range ? s(0, 0) : s(1, 1);
-    const double squared = seen.range && seen.bearing ? l.residual.dot(s.inverse() * l.residual)
-                           : seen.range               ? l.residual.x() * l.residual.x() / s(0, 0)
-                                                      : l.residual.y() * l.residual.y() / s(1, 1);
-    return -0.5 * (squared + std::log(determinant) + rows_of(seen) * std::log(2 * std::numbers::pi));
+    double log = 0, expected = 0, variance = s(0, 0);
+    if (seen.bearing) {
+        log -= 0.5 * (l.residual.y() * l.residual.y() / s(1, 1) + std::log(2 * std::numbers::pi * s(1, 1)));
+        expected = s(0, 1) / s(1, 1) * l.residual.y();
+        variance -= s(0, 1) * s(0, 1) / s(1, 1);
+    }
+    if (!seen.range) return log;
+    const double sigma = source.range_factor * seen.range_sigma;
+    const Gaussian1 prior{expected, std::max(variance - sigma * sigma, 1e-12)};
+    return log + measure_range(prior, l.residual.x(), sigma, source.late).log_evidence;
 }
 
-/// What was seen alone is updated with; the other row means nothing.
-Surprise update_seen_rows(Belief& belief, const SightingObservation& seen, const Linearised<2>& l, const Doubt& doubt) {
-    if (seen.range && seen.bearing) return update(belief, l, doubt);
-    const int row = seen.range ? 0 : 1;
-    Linearised<1> one;
-    one.residual[0] = l.residual[row];
-    one.noise(0, 0) = l.noise(row, row);
-    for (std::size_t k = 0; k < l.states.size(); ++k) {
-        one.depends(l.states[k], Eigen::Matrix<double, 1, 1>(l.by_state(row, static_cast<Eigen::Index>(k))));
-    }
-    return update(belief, one, doubt);
+/// The mixture of what a measurement gives and of what was believed before.
+Gaussian1 blend(const Gaussian1& before, const Gaussian1& after, double weight) {
+    const double mean = weight * after.mean + (1 - weight) * before.mean;
+    const double apart = after.mean - before.mean;
+    return {mean, weight * after.variance + (1 - weight) * before.variance + weight * (1 - weight) * apart * apart};
 }
 
 }  // namespace
@@ -64,6 +62,7 @@ DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
     source.range_own = std::max(source.range_own, noise.detector.own);
     source.range_wander = std::max(source.range_wander, noise.detector.wander);
     source.range_scale = std::max(source.range_scale, noise.detector.scale);
+    source.late.early = noise.detector.early;
     source.bearing_factor *= noise.bearing;
     source.bearing_common = std::max(source.bearing_common, noise.bearing_common);
     source.bearing_wander = std::max(source.bearing_wander, noise.bearing_wander);
@@ -161,7 +160,8 @@ static Association associate(const Belief& belief, const SightingObservation& se
         const auto landmark = static_cast<int>(i);
         const double prior = prior_of(seen, landmark, marks, source);
         if (prior <= 0) continue;
-        const double log = std::log((1 - outliers) * prior) + log_likelihood(belief, seen, linearise_sighting(belief, seen, landmark, marks[i], source));
+        const double log =
+            std::log((1 - outliers) * prior) + log_likelihood(belief, seen, linearise_sighting(belief, seen, landmark, marks[i], source), source);
         sum = log > most ? sum * std::exp(most - log) + 1 : sum + std::exp(log - most);
         most = std::max(most, log);
         if (log <= best) continue;
@@ -180,6 +180,35 @@ std::optional<int> likeliest_mark(const Belief& belief, const SightingObservatio
     return association.likeliest;
 }
 
+static void take_bearing(Belief& belief, const Linearised<2>& l, double belongs, Surprise& surprise) {
+    Linearised<1> bearing;
+    bearing.residual[0] = l.residual[1];
+    bearing.noise(0, 0) = l.noise(1, 1);
+    for (std::size_t k = 0; k < l.states.size(); ++k) bearing.depends(l.states[k], Eigen::Matrix<double, 1, 1>(l.by_state(1, static_cast<Eigen::Index>(k))));
+    Doubt doubt;
+    doubt.gate = gate;
+    doubt.belongs = belongs;
+    const Surprise taken = update(belief, bearing, doubt);
+    surprise.right = std::min(surprise.right, taken.right);
+    surprise.nis += taken.nis;
+    surprise.dimensions += 1;
+}
+
+static void take_range(Belief& belief, const SightingObservation& seen, const Linearised<2>& l, double belongs, const DetectorSource& source,
+                       Surprise& surprise) {
+    const double sigma = std::sqrt(l.noise(0, 0));
+    const double predicted = *seen.range - l.residual[0];
+    const Eigen::Matrix<double, 1, most_columns> by_state = l.by_state.row(0);
+    const LatePosterior taken = update_scalar(belief, predicted, l.states, by_state, [&](const Gaussian1& prior) {
+        LatePosterior posterior = measure_range(prior, *seen.range, sigma, source.late);
+        posterior.value = blend(prior, posterior.value, belongs);
+        return posterior;
+    });
+    surprise.right = std::min(surprise.right, belongs * taken.on_time);
+    surprise.nis += taken.nis;
+    surprise.dimensions += 1;
+}
+
 std::optional<Surprise> update_sighting(Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
                                         double outliers) {
     constexpr double hardly = 0.02;  // such a weight moves nothing
@@ -187,13 +216,12 @@ std::optional<Surprise> update_sighting(Belief& belief, const SightingObservatio
     const Association association = associate(belief, seen, marks, source, outliers);
     Surprise surprise{association.log_evidence, 0, 0, 0};
     if (association.likeliest < 0 || association.weight < hardly) return surprise;
-    Doubt doubt;
-    doubt.gate = gate;
-    doubt.belongs = association.weight;
-    add_slow_states(belief, seen, association.likeliest, source);
-    const Mark& mark = marks[static_cast<std::size_t>(association.likeliest)];
-    surprise = update_seen_rows(belief, seen, linearise_sighting(belief, seen, association.likeliest, mark, source), doubt);
-    surprise.log_evidence = association.log_evidence;
+    const int landmark = association.likeliest;
+    const Mark& mark = marks[static_cast<std::size_t>(landmark)];
+    add_slow_states(belief, seen, landmark, source);
+    surprise.right = 1;
+    if (seen.bearing) take_bearing(belief, linearise_sighting(belief, seen, landmark, mark, source), association.weight, surprise);
+    if (seen.range) take_range(belief, seen, linearise_sighting(belief, seen, landmark, mark, source), association.weight, source, surprise);
     return surprise;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@ constexpr double misread = 0.05;          // part of what is seen that is someth
 constexpr double anywhere = 20;           // m, over which that is
 
 // Of wheels of which nobody knows how they err.
-constexpr double way_error = 0.05, way_part = 0.03;                          // per root of a metre, of a metre
+constexpr double way_error = 0.05, way_part = 0.03;                           // per root of a metre, of a metre
 constexpr double turn_error = 0.15, turn_per_way = 0.05, turn_still = 0.005;  // per root of a radian, of a metre, of a second
 // Of a robot of which nobody knows how it moves, per root of a second.
 constexpr double walk = 0.3, walk_turn = 0.5;
@@ -28,9 +29,9 @@ constexpr double new_way = 0.1, new_turning = 0.3;
 constexpr double new_time = 0.5, new_time_on_wheels = 5;
 
 constexpr int least_used = 4;
-constexpr double near = 0.25;        // m: a place known that well is known well enough ...
-constexpr double bent = 0.12;        // ... or to that part of the distance to what was heard
-constexpr double front_known = 0.3;  // rad
+constexpr double near = 0.25;  // m: a place known that well is known well enough ...
+constexpr double bent = 0.12;  // ... or to that part of the distance to what was heard
+constexpr double front_known = widest_front;
 constexpr std::size_t most_places = 4;
 constexpr double least_share = 0.1;  // of a place that is not to be forgotten
 constexpr double enough = 0.75;      // of all that the places together must make up
@@ -67,21 +68,62 @@ Eigen::Vector3d ear_at(const Pose2& robot, const RangeSource& receiver, bool fro
 
 }  // namespace
 
+double widest_place(double distance) { return std::max(near, bent * distance); }
+
 Nanoseconds time_of(const Heard& heard) {
     return std::visit([](const auto& h) { return h.time; }, heard);
 }
 
 void StartCloud::take(const Heard& heard, int robot, const TrackingModels& models) {
-    robot_ = robot;
-    const auto* sighting = std::get_if<SightingObservation>(&heard);
-    sees_ |= sighting != nullptr && sighting->bearing.has_value();
-    const bool drives = !models.driven[static_cast<std::size_t>(robot)].empty();
-    shows_front_ = sees_ || drives || models.receivers[static_cast<std::size_t>(robot)].size() > 1;
+    look(robot, heard, models);
     if (guesses_.empty()) return begin(heard, models);
     move(time_of(heard), models);
     if (!tells_something(heard)) return;
     ++used_;
     weigh(heard, models);
+}
+
+void StartCloud::look(int robot, const Heard& heard, const TrackingModels& models) {
+    robot_ = robot;
+    const auto* sighting = std::get_if<SightingObservation>(&heard);
+    sees_ |= sighting != nullptr && sighting->bearing.has_value();
+    const bool drives = !models.driven[static_cast<std::size_t>(robot)].empty();
+    shows_front_ = sees_ || drives || models.receivers[static_cast<std::size_t>(robot)].size() > 1;
+}
+
+void StartCloud::begin(const std::vector<PlaceProposal>& places, double error, double distance, Nanoseconds time) {
+    begun_ = time_ = time;
+    used_ = least_used;
+    distance_ = distance;
+    guesses_.clear();
+    double sum = 0, passed = 0;
+    for (const PlaceProposal& place : places) sum += place.weight;
+    for (const PlaceProposal& place : places) {
+        const Eigen::LLT<Eigen::Matrix3d> root(place.covariance);
+        passed += place.weight / sum;
+        while (static_cast<double>(guesses_.size()) < passed * static_cast<double>(guess_count)) {
+            const Eigen::Vector3d off = root.matrixL() * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+            guesses_.push_back({place.pose.x + off.x(), place.pose.y + off.y(), place.pose.yaw + off.z(), std::log(error) + 0.3 * random_.normal(), 0});
+        }
+    }
+}
+
+PlaceProposal StartCloud::moments() const {
+    double all = 0;
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (const Guess& guess : guesses_) {
+        const double w = std::exp(guess.log_weight);
+        all += w;
+        sum += w * Eigen::Vector4d(guess.x, guess.y, std::cos(guess.yaw), std::sin(guess.yaw));
+    }
+    PlaceProposal mean{{sum.x() / all, sum.y() / all, std::atan2(sum.w(), sum.z())}, Eigen::Matrix3d::Zero()};
+    for (const Guess& guess : guesses_) {
+        const Eigen::Vector3d off(guess.x - mean.pose.x, guess.y - mean.pose.y, wrap_angle(guess.yaw - mean.pose.yaw));
+        mean.covariance += std::exp(guess.log_weight) / all * off * off.transpose();
+    }
+    mean.covariance.diagonal().array() += 1e-6;
+    mean.yaw_known = mean.covariance(2, 2) < front_known * front_known;
+    return mean;
 }
 
 /// All around what was heard first.
@@ -107,10 +149,14 @@ void StartCloud::begin(const Heard& heard, const TrackingModels& models) {
         radius = sighting.range.value_or(radius);
     }
     distance_ = radius;
-    const bool anywhere_within = std::holds_alternative<RangeDifferenceObservation>(heard) || !std::visit([](const auto& h) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(h)>, SightingObservation>) return h.range.has_value();
-        return true;
-    }, heard);
+    const bool anywhere_within =
+        std::holds_alternative<RangeDifferenceObservation>(heard) || !std::visit(
+                                                                         [](const auto& h) {
+                                                                             if constexpr (std::is_same_v<std::decay_t<decltype(h)>, SightingObservation>)
+                                                                                 return h.range.has_value();
+                                                                             return true;
+                                                                         },
+                                                                         heard);
     for (Guess& guess : guesses_) {
         const double error = stated_error(heard) * std::pow(largest_error, random_.uniform());
         const auto which = std::min(static_cast<std::size_t>(random_.uniform() * static_cast<double>(around.size())), around.size() - 1);
@@ -243,15 +289,14 @@ void StartCloud::draw_again() {
     guesses_ = std::move(drawn);
 }
 
-StartPlaces StartCloud::places(const TrackingModels& models, double patience) const {
+StartPlaces StartCloud::places(double patience) const {
     StartPlaces result;
     if (used_ < least_used) {
         result.reason = fmt::format("only {} ranges or sightings told something new", used_);
         return result;
     }
-    (void)models;
     const double waited = to_seconds(time_ - begun_);
-    const double reach = std::max(near, bent * distance_);
+    const double reach = widest_place(distance_);
     std::vector<double> left;  // weights of the guesses that belong to no place yet
     double all = 0;
     for (const Guess& guess : guesses_) {

@@ -25,16 +25,26 @@ struct StartPlaces {
     std::string reason;                 // why there are none
 };
 
+/// A place known less than that spoils every linearisation, m; `distance`: m, to what is heard.
+double widest_place(double distance);
+constexpr double widest_front = 0.3;  // rad, likewise
+
 /// A particle filter over a place, a front, and how large the errors are: nothing that is stated of them is believed. It starts around the first thing that was
 /// heard, moves as the wheels say (or at random where there are none), and is weighed by each thing that was heard. Errors of one source are alike where the
 /// robot stands still, so what says nothing new is left out.
 class StartCloud {
 public:
     bool empty() const { return guesses_.empty(); }
+    /// Around poses that are believed with some weight. `error`: m, of what will be heard; `distance`: m, to what is heard.
+    void begin(const std::vector<PlaceProposal>& places, double error, double distance, Nanoseconds time);
+    /// Mean and covariance of all guesses.
+    PlaceProposal moments() const;
+    double distance() const { return distance_; }
     /// In the order of times.
     void take(const Heard& heard, int robot, const TrackingModels& models);
-    /// Where the robot may be by now, if that is clear enough to follow it from there: one place, or after `patience` (s) several, or one with an unknown front.
-    StartPlaces places(const TrackingModels& models, double patience) const;
+    /// Where the robot may be by now, if that is clear enough to follow it from there: one place, or after `patience` (s) several, or one with an unknown
+    /// front.
+    StartPlaces places(double patience) const;
 
 private:
     struct Guess {
@@ -48,6 +58,7 @@ private:
         Nanoseconds time = 0;
     };
     void begin(const Heard& heard, const TrackingModels& models);
+    void look(int robot, const Heard& heard, const TrackingModels& models);
     void move(Nanoseconds time, const TrackingModels& models);
     bool tells_something(const Heard& heard);
     void weigh(const Heard& heard, const TrackingModels& models);

@@ -18,9 +18,9 @@ constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
 constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
 constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
 
-constexpr double search_again = 5;               // s between searches for one whose senses contradict where it should be
-constexpr double memory_of_agreement = 20;       // observations
-constexpr double disagreement = 0.25;            // mean probability of being right: less, and its place is sought anew
+constexpr double search_again = 5;          // s between searches for one whose senses contradict where it should be
+constexpr double memory_of_agreement = 20;  // observations
+constexpr double disagreement = 0.25;       // mean probability of being right: less, and its place is sought anew
 constexpr std::size_t enough_heard = 20;
 constexpr std::size_t kept_heard = 60;
 
@@ -234,17 +234,22 @@ std::optional<double> sigma_of(const SlowState& slow, const Track& track, const 
         case SlowKind::range_bias:
             if (slow.component == of_all) return detected ? detector.range_common : receiver.bias_sigma;
             return detected ? detector.range_own : receiver.own_sigma;
-        case SlowKind::range_wander: return detected ? detector.range_wander : receiver.wander_sigma;
-        case SlowKind::range_scale: return detected ? detector.range_scale : receiver.scale_sigma;
-        case SlowKind::bearing_bias: return detector.bearing_common;
-        case SlowKind::bearing_wander: return detector.bearing_wander;
-        default: return std::nullopt;
+        case SlowKind::range_wander:
+            return detected ? detector.range_wander : receiver.wander_sigma;
+        case SlowKind::range_scale:
+            return detected ? detector.range_scale : receiver.scale_sigma;
+        case SlowKind::bearing_bias:
+            return detector.bearing_common;
+        case SlowKind::bearing_wander:
+            return detector.bearing_wander;
+        default:
+            return std::nullopt;
     }
 }
 
 std::string why_not_found(const Track& track, const TrackingModels& models) {
     if (track.cloud.empty()) return "nothing was heard or seen of it";
-    const StartPlaces found = track.cloud.places(models, models.settings.start_patience);
+    const StartPlaces found = track.cloud.places(models.settings.start_patience);
     return found.reason.empty() ? "it was found only at the very end" : found.reason;
 }
 
@@ -354,13 +359,50 @@ void expect_errors(RangeErrors& errors, double found, double stated) {
 
 /// Its senses contradict where it should be: perhaps they put it elsewhere.
 void find_again(Track& track, const TrackingModels& models) {
-    if (to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
+    if (!track.seeks || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
     track.searched = track.time;
     track.agreement = 1;
     StartCloud cloud;
     for (const Heard& heard : track.heard) cloud.take(heard, track.robot, models);
-    const StartPlaces found = cloud.places(models, 0);
+    const StartPlaces found = cloud.places(0);
     if (!found.places.empty()) add_places(track, found.places, models.settings.kidnapping, models);
+}
+
+double distance_of(const RangeObservation& o) { return o.range; }
+double distance_of(const RangeDifferenceObservation& o) { return std::abs(o.difference); }
+double distance_of(const SightingObservation& o) { return o.range.value_or(2); }
+
+double error_of(const RangeObservation& o, const SenseNoise& noise) { return std::hypot(noise.receiver.factor * o.sigma, noise.receiver.wander); }
+double error_of(const RangeDifferenceObservation& o, const SenseNoise& noise) { return noise.receiver.factor * o.sigma; }
+double error_of(const SightingObservation& o, const SenseNoise& noise) { return std::hypot(noise.detector.factor * o.range_sigma, noise.detector.wander); }
+
+/// Where place or front are known so badly that the filter's straight lines do not hold, a cloud takes over, until it has drawn together.
+template <class Observation>
+void settle_doubt(Track& track, const Observation& o, const TrackingModels& models) {
+    const Belief& best = track.belief.best();
+    const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
+    const bool vague = worst_sigma(best.covariance.topLeftCorner<2, 2>()) > widest_place(distance_of(o)) ||
+                       (drives && best.covariance(state_yaw, state_yaw) > widest_front * widest_front);
+    if (track.cloud.empty()) {
+        if (!vague) return;
+        std::vector<PlaceProposal> places;
+        for (const Hypothesis& h : track.belief.hypotheses) places.push_back({h.belief.pose(), h.belief.pose_covariance(), true, std::exp(h.log_weight)});
+        track.cloud.begin(places, error_of(o, track.noise), distance_of(o), track.time);
+    }
+    track.cloud.take(o, track.robot, models);
+    const StartPlaces found = track.cloud.places(models.settings.start_patience);
+    if (found.places.empty()) return;
+    track.cloud = {};
+    const Belief there = start_belief(found.places.front(), track.robot, models);
+    if (!vague && found.places.size() == 1 && pose_distance(there, best) < 9) return;
+    std::vector<Hypothesis> relocated;
+    for (const PlaceProposal& place : found.places) {
+        Belief belief = start_belief(place, track.robot, models);
+        keep_learned(belief, best);
+        relocated.push_back({belief, std::log(place.weight)});
+    }
+    track.belief.hypotheses = relocated;
+    track.relocated = track.time;
 }
 
 /// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
@@ -369,10 +411,11 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     if (track.alive()) {
         if (track.heard.size() >= kept_heard) track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(kept_heard / 2));
         track.heard.push_back(o);
+        if (track.seeks) settle_doubt(track, o, models);
         return true;
     }
     track.cloud.take(o, track.robot, models);
-    const StartPlaces found = track.cloud.places(models, models.settings.start_patience);
+    const StartPlaces found = track.cloud.places(models.settings.start_patience);
     if (found.places.empty()) return false;
     start(track, found.places, o.time, models);
     track.noise.way = track.noise.turn = models.settings.unknown_wheels;

@@ -216,7 +216,9 @@ void Tracker::hear(const RangeObservation& range) {
         ++counts_.impossible;
         return;
     }
-    if (plausible_time(range.time)) add(group_of(range.robot), {range.time, models_.range_source, 1 + range.beacon + range.receiver * static_cast<int>(models_.site.beacons.size()), range});
+    if (plausible_time(range.time))
+        add(group_of(range.robot),
+            {range.time, models_.range_source, 1 + range.beacon + range.receiver * static_cast<int>(models_.site.beacons.size()), range});
 }
 
 void Tracker::hear(const RangeDifferenceObservation& difference) {

@@ -104,9 +104,9 @@ private:
 
     TrackingModels models_;
     std::vector<Group> groups_;
-    std::vector<std::size_t> group_of_;  // of each robot
-    std::vector<Buffer> buffers_;        // of each group
-    std::vector<NoiseLearner> learners_; // of each group
+    std::vector<std::size_t> group_of_;   // of each robot
+    std::vector<Buffer> buffers_;         // of each group
+    std::vector<NoiseLearner> learners_;  // of each group
     TrackerCounts counts_;
     std::optional<TrackerHistory> history_;
     std::optional<Nanoseconds> newest_;

@@ -41,12 +41,12 @@ struct TrackingModels {
 
     Site site;
     TrackerSettings settings;
-    std::vector<MotionModel> motion;      // of each robot
+    std::vector<MotionModel> motion;                  // of each robot
     std::vector<std::vector<RangeSource>> receivers;  // of each robot: at least one
     std::vector<DetectorSource> detectors;            // of each robot
     std::vector<OdometryNoise> wheels;                // of each robot
-    std::vector<OdometryPrior> odometry;  // of each robot
-    std::vector<OdometryTrack> driven;    // of each robot: what its wheels said
+    std::vector<OdometryPrior> odometry;              // of each robot
+    std::vector<OdometryTrack> driven;                // of each robot: what its wheels said
     std::vector<LandmarkShape> shapes;
     std::vector<std::vector<Eigen::Vector3d>> landmark_points;  // of each landmark, map
     std::vector<Mark> marks;                                    // landmarks as detectors see them

@@ -153,7 +153,9 @@ void TrackingBound::predict_to(Nanoseconds time, const OdometryTrack& driven) {
     stand_at_truth(time);
 }
 
-void TrackingBound::learn(const Measured& measured) { std::visit(Learner{*this, models_, measured.source, models_.receiver(static_cast<int>(robot_))}, measured.what); }
+void TrackingBound::learn(const Measured& measured) {
+    std::visit(Learner{*this, models_, measured.source, models_.receiver(static_cast<int>(robot_))}, measured.what);
+}
 
 double TrackingBound::range_information(double sigma, const LateModel& late) {
     const auto [known, is_new] = information_.try_emplace(sigma, 0.0);

@@ -60,7 +60,9 @@ void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& 
         if (const auto legs = reader.numbers(node["legs"], what + ".legs", 2, 0.001, 10)) landmark.kind = LedTriangle{(*legs)[0], (*legs)[1]};
         landmark.map_from_landmark = Eigen::Translation3d(position) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
         for (const char* other : {"size", "facing"}) {
-            if (node[other].IsDefined()) reader.error(node[other], fmt::format("{}.{} belongs to a tag: give the tag's number as {}.tag; three LEDs have legs, a mere point neither", what, other, what));
+            if (node[other].IsDefined())
+                reader.error(node[other], fmt::format("{}.{} belongs to a tag: give the tag's number as {}.tag; three LEDs have legs, a mere point neither",
+                                                      what, other, what));
         }
     }
     landmark.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(landmark.sigma);

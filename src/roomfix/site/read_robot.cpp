@@ -30,7 +30,8 @@ Receiver read_receiver(YamlReader& reader, const YAML::Node& node, const std::st
 void read_receivers(YamlReader& reader, const YAML::Node& node, const std::string& what, SiteRobot& robot) {
     if (node["receiver"].IsDefined()) robot.receivers.push_back(read_receiver(reader, node["receiver"], what + ".receiver", robot));
     if (!node["receivers"].IsDefined()) return;
-    if (!robot.receivers.empty()) return reader.error(node["receivers"], fmt::format("{0}: 'receiver' is the short form for one: write {0}.receivers alone", what));
+    if (!robot.receivers.empty())
+        return reader.error(node["receivers"], fmt::format("{0}: 'receiver' is the short form for one: write {0}.receivers alone", what));
     for (const auto& [id, one] : reader.named(node["receivers"], what + ".receivers")) {
         robot.receivers.push_back(read_receiver(reader, one, what + ".receivers." + id, robot));
         robot.receivers.back().id = id;
@@ -71,7 +72,9 @@ void read_robot_tag(YamlReader& reader, const YAML::Node& node, const std::strin
 
 void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "robots." + id;
-    if (!reader.map(node, what, {"shape", "size", "size_sigma", "parts", "model", "model_scale", "count", "drive", "odometry", "receiver", "receivers", "detector", "tag"})) return;
+    if (!reader.map(node, what,
+                    {"shape", "size", "size_sigma", "parts", "model", "model_scale", "count", "drive", "odometry", "receiver", "receivers", "detector", "tag"}))
+        return;
     SiteRobot robot;
     robot.id = id;
     read_body(reader, node, what, site, robot);

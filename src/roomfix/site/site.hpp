@@ -86,13 +86,13 @@ struct Tag {
 
 /// The listener on a robot that measures ranges to beacons.
 struct Receiver {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();               // m, robot frame
-    std::string source;                                               // as written: file or serial device; empty: none
-    double sigma = 0.02;                                              // m, of ranges that do not state their own
-    double bias_sigma = 0;                                            // m: how far all ranges may be off, and a quarter of that those of each beacon
-    double scale_sigma = 0;                                           // part by which ranges may be too long or short
-    std::string id;                                                   // empty: the robot's only one
-    Eigen::Vector3d position_sigma = Eigen::Vector3d::Zero();         // m, along each axis of the robot
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();        // m, robot frame
+    std::string source;                                        // as written: file or serial device; empty: none
+    double sigma = 0.02;                                       // m, of ranges that do not state their own
+    double bias_sigma = 0;                                     // m: how far all ranges may be off, and a quarter of that those of each beacon
+    double scale_sigma = 0;                                    // part by which ranges may be too long or short
+    std::string id;                                            // empty: the robot's only one
+    Eigen::Vector3d position_sigma = Eigen::Vector3d::Zero();  // m, along each axis of the robot
 };
 
 /// A robot's own detector of landmarks: how far away they are and in which direction, as seen from the robot's origin.

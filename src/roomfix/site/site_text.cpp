@@ -139,11 +139,11 @@ std::string landmark_text(const SiteLandmark& landmark) {
     } else if (const auto* tag = std::get_if<Tag>(&landmark.kind)) {
         const double out = pose.linear()(2, 2);
         const bool wall = std::abs(out) < 0.5;
-        text +=
-            fmt::format(", yaw_deg: {}, tag: {}, size: {}, facing: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag->number, number_text(tag->size),
-                        wall      ? "wall"
-                        : out > 0 ? "up"
-                                  : "down");
+        text += fmt::format(", yaw_deg: {}, tag: {}, size: {}, facing: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag->number,
+                            number_text(tag->size),
+                            wall      ? "wall"
+                            : out > 0 ? "up"
+                                      : "down");
     }
     return text + (landmark.beacon.empty() ? "" : ", beacon: " + landmark.beacon) + "}\n";
 }
