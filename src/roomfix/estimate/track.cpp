@@ -357,9 +357,12 @@ void expect_errors(RangeErrors& errors, double found, double stated) {
     errors.wander = std::max(errors.wander, 0.5 * found);
 }
 
+/// Did the robot's own senses find it, and not a camera? Only then they are doubted and may look for it again.
+bool found_by_senses(const Track& track) { return track.seeks && track.searched != never; }
+
 /// Its senses contradict where it should be: perhaps they put it elsewhere.
 void find_again(Track& track, const TrackingModels& models) {
-    if (!track.seeks || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
+    if (!found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
     track.searched = track.time;
     track.agreement = 1;
     StartCloud cloud;
@@ -411,7 +414,7 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     if (track.alive()) {
         if (track.heard.size() >= kept_heard) track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(kept_heard / 2));
         track.heard.push_back(o);
-        if (track.seeks) settle_doubt(track, o, models);
+        if (found_by_senses(track)) settle_doubt(track, o, models);
         return true;
     }
     track.cloud.take(o, track.robot, models);
@@ -425,6 +428,7 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
         expect_errors(track.noise.receiver, found.error, o.sigma);
     }
     track.agreement = 1;
+    track.searched = o.time;
     track.cloud = {};
     return false;
 }

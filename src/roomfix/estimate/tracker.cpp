@@ -115,7 +115,7 @@ void Tracker::learn(std::size_t group, const Event& event) {
     const auto r = static_cast<std::size_t>(robot);
     if (models_.site.robots[r].receivers.empty() && !models_.site.robots[r].detector && models_.driven[r].empty()) return;
     const Track& now = buffers_[group].newest().accounts.front().tracks.front();
-    if (!now.alive()) return;
+    if (!now.alive() || now.searched == never) return;  // cameras found it: what its senses state of themselves is believed
     NoiseLearner& learner = learners_[group];
     if (!learner.follows(now)) return learner.begin(now);
     learner.add(event);
