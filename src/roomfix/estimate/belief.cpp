@@ -43,6 +43,7 @@ Belief belief_at(const Pose2& pose, const Eigen::Matrix3d& covariance, double sp
     belief.covariance(state_vx, state_vx) = belief.covariance(state_vy, state_vy) = speed_sigma * speed_sigma;
     belief.covariance(state_turn, state_turn) = turn_sigma * turn_sigma;
     belief.covariance(state_scale, state_scale) = prior.scale_sigma * prior.scale_sigma;
+    belief.covariance(state_turn_scale, state_turn_scale) = prior.turn_scale_sigma * prior.turn_scale_sigma;
     belief.covariance(state_drift, state_drift) = prior.drift_sigma * prior.drift_sigma;
     return belief;
 }

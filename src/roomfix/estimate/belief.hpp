@@ -12,8 +12,8 @@
 namespace roomfix {
 
 /// The first states of every robot. Pose and velocity in the map (m, rad, m/s, rad/s); of the odometry: true way = (1 + scale) * measured
-/// way, true turning = measured turning + drift * time (rad/s).
-enum CoreState : int { state_x, state_y, state_yaw, state_vx, state_vy, state_turn, state_scale, state_drift, core_states };
+/// way, true turning = (1 + turn_scale) * measured turning + drift * time (rad/s).
+enum CoreState : int { state_x, state_y, state_yaw, state_vx, state_vy, state_turn, state_scale, state_turn_scale, state_drift, core_states };
 constexpr int most_slow_states = 56;
 constexpr int most_states = core_states + most_slow_states;
 
@@ -84,6 +84,7 @@ constexpr double unknown_yaw_variance = std::numbers::pi * std::numbers::pi / 3;
 /// How well the robot's odometry is known before anything was seen of it.
 struct OdometryPrior {
     double scale_sigma = 0.02;
+    double turn_scale_sigma = 0.02;
     double drift_sigma = 0.01;  // rad/s
 };
 

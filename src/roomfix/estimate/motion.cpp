@@ -100,26 +100,32 @@ void predict(Belief& belief, const OdometryStep& step, const OdometryNoise& nois
     if (dt <= 0) return;
     const double yaw = belief.mean[state_yaw];
     const double scale = 1 + belief.mean[state_scale];
+    const double turn_scale = belief.mean[state_turn_scale];
     const double drift = belief.mean[state_drift];
-    const Eigen::Matrix2d axes = rotation(yaw + 0.5 * drift * dt);
+    const double missing = turn_scale * step.turned + drift * dt;  // rad, that the wheels do not know of
+    const Eigen::Matrix2d axes = rotation(yaw + 0.5 * missing);
     const Eigen::Vector2d way = axes * step.way;
-    const double new_yaw = yaw + step.turned + drift * dt;
+    const double new_yaw = yaw + step.turned + missing;
     const Eigen::Vector2d velocity = rotation(new_yaw) * step.velocity;
 
     belief.mean.head<2>() += scale * way;
     belief.mean[state_yaw] = new_yaw;
     belief.mean.segment<2>(state_vx) = scale * velocity;
-    belief.mean[state_turn] = step.turn_rate + drift;
+    belief.mean[state_turn] = (1 + turn_scale) * step.turn_rate + drift;
 
     Transition f = Transition::Zero();
     f.topLeftCorner<3, 3>().setIdentity();
     f.block<2, 1>(state_x, state_yaw) = scale * turned(way);
     f.block<2, 1>(state_x, state_scale) = way;
+    f.block<2, 1>(state_x, state_turn_scale) = 0.5 * step.turned * scale * turned(way);
     f.block<2, 1>(state_x, state_drift) = 0.5 * dt * scale * turned(way);
+    f(state_yaw, state_turn_scale) = step.turned;
     f(state_yaw, state_drift) = dt;
     f.block<2, 1>(state_vx, state_yaw) = scale * turned(velocity);
     f.block<2, 1>(state_vx, state_scale) = velocity;
+    f.block<2, 1>(state_vx, state_turn_scale) = step.turned * scale * turned(velocity);
     f.block<2, 1>(state_vx, state_drift) = dt * scale * turned(velocity);
+    f(state_turn, state_turn_scale) = step.turn_rate;
     f(state_turn, state_drift) = 1;
 
     const double length = step.way.norm();
@@ -133,6 +139,7 @@ void predict(Belief& belief, const OdometryStep& step, const OdometryNoise& nois
     q(state_turn, state_turn) = noise.turn_rate * noise.turn_rate;
     propagate(belief, f, q);
     belief.covariance(state_scale, state_scale) += noise.scale_walk * noise.scale_walk * dt;
+    belief.covariance(state_turn_scale, state_turn_scale) += noise.scale_walk * noise.scale_walk * dt;
     belief.covariance(state_drift, state_drift) += noise.drift_walk * noise.drift_walk * dt;
     forget_slow(belief, dt, length);
 }

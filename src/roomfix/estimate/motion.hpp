@@ -28,7 +28,15 @@ struct OdometryStep {
     double turn_rate = 0;                                // rad/s
 };
 
-/// Random errors grow with the square root of way, angle and time; scale and drift are states of the belief.
+/// How wheels err for good.
+struct WheelErrors {
+    double scale = 0, turn_scale = 0;  // true way = (1 + scale) * measured way, the same of the turning
+    double drift = 0;                  // rad/s
+    double delay = 0;                  // s: the robot moves so much later than they say
+    bool learned = false;              // otherwise all of it may be
+};
+
+/// Random errors grow with the square root of way, angle and time; scales and drift are states of the belief.
 struct OdometryNoise {
     double along = 0.01;            // m per square root of a metre
     double across = 0.01;           // m per square root of a metre
@@ -36,10 +44,11 @@ struct OdometryNoise {
     double turn_per_radian = 0.02;  // rad per square root of a radian
     double still = 0.0005;          // m per square root of a second, also at rest
     double still_turn = 0.0005;     // rad per square root of a second
-    double scale_walk = 1e-4;       // per square root of a second
+    double scale_walk = 1e-4;       // of both scales, per square root of a second
     double drift_walk = 1e-4;       // rad/s per square root of a second
     double velocity = 0.05;         // m/s, of the velocity that the last step shows
     double turn_rate = 0.05;        // rad/s
+    double delay = 0;               // s: the robot moves so much later than its odometry says
 };
 
 /// Predicts over the step. The velocity becomes that of the odometry.

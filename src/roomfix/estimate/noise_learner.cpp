@@ -13,6 +13,8 @@ constexpr std::size_t most_events = 3000;
 constexpr double usual_wheels = 2;      // times the random errors of good wheels
 constexpr double spread_of_wheels = 1;  // of its logarithm
 constexpr double way_like_turn = 0.7;   // by so much the logarithms of their errors of way and turning differ
+constexpr double usual_delay = 0.3;     // s, between what wheels say and what the robot does
+constexpr double shift = 0.1;           // s, of the delay in the first steps
 constexpr double cost_of_an_error = 3;  // nats: a kind of error that explains less is left out
 
 /// One number of the noise that is sought.
@@ -182,15 +184,33 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     const auto last = std::upper_bound(events_.begin(), events_.end(), until, [](Nanoseconds t, const Event& e) { return t < e.time; });
     const auto count = static_cast<std::size_t>(last - events_.begin());
     SenseNoise noise = origin_.noise;
-    std::vector<Unknown> unknowns = unknowns_of(noise, kinds_of(events_, origin_.robot, models));
+    const Kinds kinds = kinds_of(events_, origin_.robot, models);
+    std::vector<Unknown> unknowns = unknowns_of(noise, kinds);
     const auto likely = [&] {
         double sum = evidence(noise, count, models, nullptr);
         for (const Unknown& u : unknowns) sum += u.log_prior();
-        return sum - 0.5 * std::pow(std::log(noise.way / noise.turn) / way_like_turn, 2);
+        return sum - 0.5 * std::pow(std::log(noise.way / noise.turn) / way_like_turn, 2) - 0.5 * std::pow(noise.delay / usual_delay, 2);
     };
     double best = likely();
+    const auto shift_wheels = [&](double by) {
+        const double before = noise.delay;
+        noise.delay += by;
+        const double now = likely();
+        if (now > best + 0.05) {
+            best = now;
+            return true;
+        }
+        noise.delay = before;
+        return false;
+    };
     for (const double step : {2.0, 2.0, 1.4, 1.2}) {
         bool moved = false;
+        if (kinds.wheels) {
+            const double by = shift * (step - 1);
+            const bool later = shift_wheels(by);
+            for (int i = 0; i < 6 && shift_wheels(later ? by : -by); ++i) moved = true;
+            moved |= later;
+        }
         for (Unknown& unknown : unknowns) {
             const auto attempt = [&](double tried) {
                 if (tried > unknown.most) return false;

@@ -19,8 +19,9 @@ struct RangeErrors {
 };
 
 struct SenseNoise {
-    double way = 1;   // times the wheels' random errors of the way
-    double turn = 1;  // ... and of the turning
+    double way = 1;    // times the wheels' random errors of the way
+    double turn = 1;   // ... and of the turning
+    double delay = 0;  // s: the robot moves so much later than the wheels say
     RangeErrors receiver, detector;
     double bearing = 1;         // times the stated sigma of bearings
     double bearing_common = 0;  // rad, standard deviation of what all bearings have in common
@@ -33,6 +34,7 @@ inline OdometryNoise learned(OdometryNoise noise, const SenseNoise& sense) {
     noise.across *= std::sqrt(sense.way);  // wheels slip along their way rather than across it
     noise.turn_per_metre *= sense.turn;
     noise.turn_per_radian *= sense.turn;
+    noise.delay = sense.delay;
     return noise;
 }
 

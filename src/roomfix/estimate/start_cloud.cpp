@@ -21,6 +21,7 @@ constexpr double anywhere = 20;           // m, over which that is
 // Of wheels of which nobody knows how they err.
 constexpr double way_error = 0.05, way_part = 0.03;                           // per root of a metre, of a metre
 constexpr double turn_error = 0.15, turn_per_way = 0.05, turn_still = 0.005;  // per root of a radian, of a metre, of a second
+constexpr double scale_error = 0.1;                                           // of way and turning, throughout
 // Of a robot of which nobody knows how it moves, per root of a second.
 constexpr double walk = 0.3, walk_turn = 0.5;
 
@@ -103,8 +104,17 @@ void StartCloud::begin(const std::vector<PlaceProposal>& places, double error, d
         passed += place.weight / sum;
         while (static_cast<double>(guesses_.size()) < passed * static_cast<double>(guess_count)) {
             const Eigen::Vector3d off = root.matrixL() * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
-            guesses_.push_back({place.pose.x + off.x(), place.pose.y + off.y(), place.pose.yaw + off.z(), std::log(error) + 0.3 * random_.normal(), 0});
+            guesses_.push_back({place.pose.x + off.x(), place.pose.y + off.y(), place.pose.yaw + off.z(), std::log(error) + 0.3 * random_.normal()});
         }
+    }
+    guess_scales();
+}
+
+void StartCloud::guess_scales() {
+    if (wheels_.learned) return;
+    for (Guess& guess : guesses_) {
+        guess.scale = scale_error * random_.normal();
+        guess.turn_scale = scale_error * random_.normal();
     }
 }
 
@@ -172,15 +182,17 @@ void StartCloud::begin(const Heard& heard, const TrackingModels& models) {
             guess.yaw = direction + std::numbers::pi - *sighting->bearing + bearing_error * sighting->bearing_sigma * random_.normal();
         }
     }
+    guess_scales();
 }
 
 /// As the wheels say, or at random; up to the wheels' last word if what was heard is newer.
 void StartCloud::move(Nanoseconds time, const TrackingModels& models) {
     if (time <= time_) return;
     const OdometryTrack& driven = models.driven[static_cast<std::size_t>(robot_)];
+    const Nanoseconds delay = from_seconds(wheels_.delay);
     Nanoseconds to = time;
-    if (!driven.empty() && driven.newest_time() > time_) to = std::min(time, driven.newest_time());
-    const auto step = driven.step(time_, to);
+    if (!driven.empty() && driven.newest_time() + delay > time_) to = std::min(time, driven.newest_time() + delay);
+    const auto step = driven.step(time_ - delay, to - delay);
     const double seconds = to_seconds((step ? to : time) - time_);
     time_ = step ? to : time;
     if (step) {
@@ -190,10 +202,12 @@ void StartCloud::move(Nanoseconds time, const TrackingModels& models) {
         const double along = way_error * std::sqrt(way) + way_part * way;
         const double turn = turn_error * std::sqrt(turned) + turn_per_way * std::sqrt(way) + turn_still * std::sqrt(seconds);
         for (Guess& guess : guesses_) {
-            const Eigen::Vector2d moved = Eigen::Rotation2Dd(guess.yaw) * (step->way + along * Eigen::Vector2d(random_.normal(), random_.normal()));
+            const double missing = (wheels_.turn_scale + guess.turn_scale) * step->turned + wheels_.drift * seconds;
+            const Eigen::Vector2d moved = Eigen::Rotation2Dd(guess.yaw + 0.5 * missing) *
+                                          ((1 + wheels_.scale + guess.scale) * step->way + along * Eigen::Vector2d(random_.normal(), random_.normal()));
             guess.x += moved.x();
             guess.y += moved.y();
-            guess.yaw += step->turned + turn * random_.normal();
+            guess.yaw += step->turned + missing + turn * random_.normal();
         }
         return;
     }
@@ -284,6 +298,10 @@ void StartCloud::draw_again() {
         guess.y += apart * random_.normal();
         guess.yaw += 0.03 * random_.normal();
         guess.log_error += 0.05 * random_.normal();
+        if (!wheels_.learned) {
+            guess.scale += 0.05 * scale_error * random_.normal();
+            guess.turn_scale += 0.05 * scale_error * random_.normal();
+        }
         guess.log_weight = 0;
     }
     guesses_ = std::move(drawn);

@@ -34,6 +34,9 @@ constexpr double widest_front = 0.3;  // rad, likewise
 /// robot stands still, so what says nothing new is left out.
 class StartCloud {
 public:
+    StartCloud() = default;
+    /// `wheels`: what is known of how the wheels err for good.
+    explicit StartCloud(const WheelErrors& wheels) : wheels_(wheels) {}
     bool empty() const { return guesses_.empty(); }
     /// Around poses that are believed with some weight. `error`: m, of what will be heard; `distance`: m, to what is heard.
     void begin(const std::vector<PlaceProposal>& places, double error, double distance, Nanoseconds time);
@@ -51,6 +54,7 @@ private:
         double x = 0, y = 0, yaw = 0;  // m, rad
         double log_error = 0;          // of m
         double log_weight = 0;
+        double scale = 0, turn_scale = 0;  // of the wheels, beyond what is known
     };
     /// Where the robot was when a source was last heard.
     struct LastWord {
@@ -58,12 +62,14 @@ private:
         Nanoseconds time = 0;
     };
     void begin(const Heard& heard, const TrackingModels& models);
+    void guess_scales();
     void look(int robot, const Heard& heard, const TrackingModels& models);
     void move(Nanoseconds time, const TrackingModels& models);
     bool tells_something(const Heard& heard);
     void weigh(const Heard& heard, const TrackingModels& models);
     void draw_again();
 
+    WheelErrors wheels_;
     std::vector<Guess> guesses_;
     int robot_ = 0;
     Nanoseconds begun_ = 0, time_ = 0;

@@ -18,6 +18,8 @@ constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
 constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
 constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
 
+constexpr double unknown_scale = 0.1;       // of wheels of which nobody knows how they err: standard deviation of both scales
+constexpr double well_known = 0.04;         // ... and once it has been learned
 constexpr double search_again = 5;          // s between searches for one whose senses contradict where it should be
 constexpr double memory_of_agreement = 20;  // observations
 constexpr double disagreement = 0.25;       // mean probability of being right: less, and its place is sought anew
@@ -276,10 +278,14 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
     const OdometryNoise wheels = learned(models.wheels[robot], track.noise);
     track.budget = std::min(most_budget, track.budget + models.settings.conviction * to_seconds(time - track.time));
     const bool several = track.belief.hypotheses.size() > 1;
+    const Nanoseconds delay = from_seconds(wheels.delay);
     while (track.time < time) {
         OdometryTrack::Piece piece;
         piece.end = time;
-        if (track.named) piece = models.driven[robot].piece(track.time, time);
+        if (track.named) {
+            piece = models.driven[robot].piece(track.time - delay, time - delay);
+            piece.end += delay;
+        }
         const double seconds = to_seconds(piece.end - track.time);
         for (Hypothesis& h : track.belief.hypotheses) {
             if (piece.driven) {
@@ -303,6 +309,7 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
     track.time = track.born = track.seen = time;
     track.sightings = 1;
     track.budget = most_budget;
+    track.cloud = {};
     add_places(track, places, 1, models);
 }
 
@@ -360,12 +367,29 @@ void expect_errors(RangeErrors& errors, double found, double stated) {
 /// Did the robot's own senses find it, and not a camera? Only then they are doubted and may look for it again.
 bool found_by_senses(const Track& track) { return track.seeks && track.searched != never; }
 
+/// How its wheels err as far as that has been learned.
+WheelErrors wheels_of(const Track& track) {
+    const Belief& best = track.belief.best();
+    const bool learned = best.covariance(state_turn_scale, state_turn_scale) < well_known * well_known;
+    return {best.mean[state_scale], best.mean[state_turn_scale], best.mean[state_drift], track.noise.delay, learned};
+}
+
+/// Nobody vouches for its wheels: both scales may be off a lot.
+void doubt_wheels(Track& track) {
+    for (Hypothesis& h : track.belief.hypotheses) {
+        for (const int state : {state_scale, state_turn_scale}) {
+            double& variance = h.belief.covariance(state, state);
+            variance = std::max(variance, unknown_scale * unknown_scale);
+        }
+    }
+}
+
 /// Its senses contradict where it should be: perhaps they put it elsewhere.
 void find_again(Track& track, const TrackingModels& models) {
     if (!found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
     track.searched = track.time;
     track.agreement = 1;
-    StartCloud cloud;
+    StartCloud cloud(wheels_of(track));
     for (const Heard& heard : track.heard) cloud.take(heard, track.robot, models);
     const StartPlaces found = cloud.places(0);
     if (!found.places.empty()) add_places(track, found.places, models.settings.kidnapping, models);
@@ -390,6 +414,7 @@ void settle_doubt(Track& track, const Observation& o, const TrackingModels& mode
         if (!vague) return;
         std::vector<PlaceProposal> places;
         for (const Hypothesis& h : track.belief.hypotheses) places.push_back({h.belief.pose(), h.belief.pose_covariance(), true, std::exp(h.log_weight)});
+        track.cloud = StartCloud(wheels_of(track));
         track.cloud.begin(places, error_of(o, track.noise), distance_of(o), track.time);
     }
     track.cloud.take(o, track.robot, models);
@@ -422,6 +447,7 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     if (found.places.empty()) return false;
     start(track, found.places, o.time, models);
     track.noise.way = track.noise.turn = models.settings.unknown_wheels;
+    doubt_wheels(track);
     if constexpr (std::is_same_v<Observation, SightingObservation>) {
         if (o.range) expect_errors(track.noise.detector, found.error, o.range_sigma);
     } else {
@@ -429,7 +455,6 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     }
     track.agreement = 1;
     track.searched = o.time;
-    track.cloud = {};
     return false;
 }
 

@@ -265,7 +265,9 @@ void Tracker::drive(const OdometryObservation& odometry) {
     ++counts_.used;
     if (history_) history_->driven[static_cast<std::size_t>(odometry.robot)].add(odometry.time, odometry.pose);
     const std::size_t group = group_of(odometry.robot);
-    buffers_[group].redo_after(*changed, [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
+    // Where the robot moves later than its wheels say, or sooner.
+    const double delay = groups_[group].alone() && !buffers_[group].empty() ? buffers_[group].newest().accounts.front().tracks.front().noise.delay : 0;
+    buffers_[group].redo_after(*changed + from_seconds(delay), [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
     if (!buffers_[group].empty() && odometry.time - buffers_[group].newest_time() > longest_silence) {
         add(group, {odometry.time, models_.wheel_source, odometry.robot, TimePassed{odometry.robot}});
     }
@@ -275,12 +277,13 @@ void Tracker::drive(const OdometryObservation& odometry) {
 /// The time before which a group's odometry is not needed any more.
 Nanoseconds Tracker::needed_from(std::size_t group) const {
     constexpr Nanoseconds longest_start = 120'000'000'000;  // ns that a robot may hear before it is found
+    constexpr Nanoseconds longest_delay = 2'000'000'000;    // ns by which a robot may move later than its wheels say
     if (buffers_[group].empty()) return *newest_ - 4 * models_.settings.lag;
     const auto& tracks = buffers_[group].newest().accounts.front().tracks;
     Nanoseconds needed = buffers_[group].reach();
     if (groups_[group].alone() && !tracks.front().alive()) needed = std::min(needed, *newest_ - longest_start);
     if (groups_[group].alone() && learners_[group].follows(tracks.front())) needed = std::min(needed, learners_[group].reach());
-    return needed;
+    return needed - longest_delay;
 }
 
 void Tracker::propose(Nanoseconds time, const std::string& source, const PlaceSighting& places) {

@@ -28,7 +28,8 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
         detectors.emplace_back().wander_way = settings.wander_way;
         detectors.back().bias_memory = settings.range_bias_memory;
         wheels.push_back(settings.odometry);
-        odometry.push_back(robot.odometry ? OdometryPrior{robot.odometry->scale_sigma, robot.odometry->drift_sigma} : OdometryPrior{});
+        odometry.push_back(robot.odometry ? OdometryPrior{robot.odometry->scale_sigma, robot.odometry->turn_scale_sigma, robot.odometry->drift_sigma}
+                                          : OdometryPrior{});
         driven.emplace_back(settings.odometry_limits);
     }
     range_source = source("ranges");

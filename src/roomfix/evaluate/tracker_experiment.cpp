@@ -51,6 +51,7 @@ public:
         for (std::size_t i = 0; i < site_.corners.size(); ++i) corner_error_.push_back(site_.corners[i].sigma * normal3(random_));
         const WheelOdometry& wheels = *site_.robots[0].odometry;
         scale_ = options.scale_error != 0 ? options.scale_error : random_.normal(wheels.scale_sigma);
+        turn_scale_ = random_.normal(OdometryPrior{}.turn_scale_sigma);
         drift_ = options.drift_error != 0 ? options.drift_error : random_.normal(wheels.drift_sigma);
         if (options.smoothed) tracker_.keep_history();
     }
@@ -141,10 +142,11 @@ private:
             // true = (1 + scale) measured: what is measured is the truth with the errors taken out.
             way += Eigen::Vector2d(random_.normal(std::sqrt(noise.along * noise.along * length + rest)),
                                    random_.normal(std::sqrt(noise.across * noise.across * length + rest)));
-            way = Eigen::Rotation2Dd(-0.5 * drift_ * dt) * way / (1 + scale_);
             turned += random_.normal(std::sqrt(noise.turn_per_metre * noise.turn_per_metre * length +
                                                noise.turn_per_radian * noise.turn_per_radian * std::abs(turned) + noise.still_turn * noise.still_turn * dt));
-            turned -= drift_ * dt;
+            const double shown = (turned - drift_ * dt) / (1 + turn_scale_);
+            way = Eigen::Rotation2Dd(0.5 * (shown - turned)) * way / (1 + scale_);
+            turned = shown;
             const Eigen::Vector2d step = Eigen::Rotation2Dd(wheels_.yaw) * way;
             wheels_ = {wheels_.x + step.x(), wheels_.y + step.y(), wheels_.yaw + turned};
         }
@@ -191,6 +193,7 @@ private:
     StateVector true_states(Nanoseconds time) const {
         StateVector states = motion_.at(to_seconds(time));
         states[state_scale] = scale_;
+        states[state_turn_scale] = turn_scale_;
         states[state_drift] = drift_;
         return states;
     }
@@ -296,7 +299,7 @@ private:
     std::vector<Vector6d> error_;  // of all four cameras
     std::vector<Eigen::Isometry3d> mount_;
     std::vector<Eigen::Vector3d> landmark_error_, corner_error_;
-    double scale_ = 0, drift_ = 0;
+    double scale_ = 0, turn_scale_ = 0, drift_ = 0;
     double rolled_until_ = 0;
     Pose2 wheels_;
     double next_sample_ = 3;

@@ -8,9 +8,9 @@ namespace roomfix {
 struct LateModel {
     double share = 0.10;
     double mean = 0.5;  // m, of the delay
-    double early = 0;   // probability that a range is too short instead, by as much: what measures by pictures may err so
     double wrong = 1e-3;
     double wrong_span = 20;  // m
+    double early = 0;        // probability that a range is too short instead, by as much: what measures by pictures may err so
 };
 
 /// What one error (measured - predicted, m) tells.

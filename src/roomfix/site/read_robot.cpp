@@ -52,9 +52,10 @@ Detector read_detector(YamlReader& reader, const YAML::Node& node, const std::st
 
 WheelOdometry read_odometry(YamlReader& reader, const YAML::Node& node, const std::string& what) {
     WheelOdometry odometry;
-    if (!reader.map(node, what, {"source", "scale_sigma", "drift_sigma"})) return odometry;
+    if (!reader.map(node, what, {"source", "scale_sigma", "turn_scale_sigma", "drift_sigma"})) return odometry;
     odometry.source = reader.text(node["source"], what + ".source").value_or("");
     odometry.scale_sigma = reader.number(node["scale_sigma"], what + ".scale_sigma", 0, 1).value_or(odometry.scale_sigma);
+    odometry.turn_scale_sigma = reader.number(node["turn_scale_sigma"], what + ".turn_scale_sigma", 0, 1).value_or(odometry.turn_scale_sigma);
     odometry.drift_sigma = reader.number(node["drift_sigma"], what + ".drift_sigma", 0, 10).value_or(odometry.drift_sigma);
     return odometry;
 }

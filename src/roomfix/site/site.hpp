@@ -107,9 +107,10 @@ enum class Drive { unknown, differential, holonomic };
 
 /// What a robot's wheels report, and how well.
 struct WheelOdometry {
-    std::string source;         // as written: a file; empty: none
-    double scale_sigma = 0.02;  // of the measured way: a constant part that is off
-    double drift_sigma = 0.01;  // rad/s
+    std::string source;              // as written: a file; empty: none
+    double scale_sigma = 0.02;       // of the measured way: a constant part that is off
+    double turn_scale_sigma = 0.02;  // of the measured turning, likewise
+    double drift_sigma = 0.01;       // rad/s
 };
 
 struct SiteRobot {

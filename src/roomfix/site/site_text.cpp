@@ -110,8 +110,9 @@ std::string robot_text(const SiteRobot& robot) {
         fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, body_text(robot), number_text(robot.size_sigma), robot.many ? ", count: many" : "");
     if (robot.drive != Drive::unknown) text += robot.drive == Drive::differential ? ", drive: differential" : ", drive: holonomic";
     if (robot.odometry) {
-        text += fmt::format(",\n     odometry: {{scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
-                            number_text(robot.odometry->drift_sigma), robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
+        text += fmt::format(",\n     odometry: {{scale_sigma: {}, turn_scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
+                            number_text(robot.odometry->turn_scale_sigma), number_text(robot.odometry->drift_sigma),
+                            robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
     }
     if (robot.receivers.size() == 1 && robot.receivers[0].id.empty()) {
         text += ",\n     receiver: " + receiver_text(robot.receivers[0], robot);

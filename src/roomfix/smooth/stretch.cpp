@@ -118,16 +118,18 @@ private:
         double* a = trajectory_.knots[k].data();
         double* b = trajectory_.knots[k + 1].data();
         auto* doubt = new DoubtLoss(widening_ * motion_gate, carried_weight);
-        const auto step = task_.history.driven[robot].step(time, trajectory_.times[k + 1]);
+        const OdometryNoise& noise = task_.models.wheels[robot];
+        const Nanoseconds delay = from_seconds(noise.delay);
+        const auto step = task_.history.driven[robot].step(time - delay, trajectory_.times[k + 1] - delay);
         if (!step) {
             problem_.AddResidualBlock(momentum_term(trajectory_.seconds_after(k), task_.models.motion[robot]).release(), doubt, a, b);
             return;
         }
-        const OdometryNoise& noise = task_.models.wheels[robot];
         const OdometryPrior& prior = task_.models.odometry[robot];
         double* scale = slow_.walking(state_scale, prior.scale_sigma, noise.scale_walk, time);
+        double* turn_scale = slow_.walking(state_turn_scale, prior.turn_scale_sigma, noise.scale_walk, time);
         double* drift = slow_.walking(state_drift, prior.drift_sigma, noise.drift_walk, time);
-        problem_.AddResidualBlock(wheel_term(*step, noise).release(), doubt, a, b, scale, drift);
+        problem_.AddResidualBlock(wheel_term(*step, noise).release(), doubt, a, b, scale, turn_scale, drift);
     }
 
     /// Of each observation: how many there are of the same thing with the robot about where it was then.

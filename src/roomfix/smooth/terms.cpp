@@ -284,23 +284,24 @@ struct Wheels {
     OdometryNoise noise;
 
     template <class T>
-    bool operator()(const T* before, const T* after, const T* scale, const T* drift, T* residual) const {
+    bool operator()(const T* before, const T* after, const T* scale, const T* turn_scale, const T* drift, T* residual) const {
         const Eigen::Map<const Eigen::Matrix<T, 6, 1>> a(before), b(after);
         const double dt = step.seconds;
         const double length = step.way.norm();
         const double rest = noise.still * noise.still * dt;
         const T stretch = T(1) + scale[0];
+        const T missing = turn_scale[0] * step.turned + drift[0] * dt;
         const Eigen::Matrix<T, 2, 1> moved = b.template head<2>() - a.template head<2>();
-        const Eigen::Matrix<T, 2, 1> way = turned_by<T>(-(a[2] + drift[0] * (0.5 * dt)), moved) - step.way.cast<T>() * stretch;
+        const Eigen::Matrix<T, 2, 1> way = turned_by<T>(-(a[2] + missing * 0.5), moved) - step.way.cast<T>() * stretch;
         residual[0] = way.x() / std::sqrt(noise.along * noise.along * length + rest);
         residual[1] = way.y() / std::sqrt(noise.across * noise.across * length + rest);
-        residual[2] = (b[2] - a[2] - step.turned - drift[0] * dt) /
+        residual[2] = (b[2] - a[2] - step.turned - missing) /
                       std::sqrt(noise.turn_per_metre * noise.turn_per_metre * length + noise.turn_per_radian * noise.turn_per_radian * std::abs(step.turned) +
                                 noise.still_turn * noise.still_turn * dt);
         const Eigen::Matrix<T, 2, 1> rate = turned_by<T>(-b[2], b.template segment<2>(3)) - step.velocity.cast<T>() * stretch;
         residual[3] = rate.x() / noise.velocity;
         residual[4] = rate.y() / noise.velocity;
-        residual[5] = (b[5] - step.turn_rate - drift[0]) / noise.turn_rate;
+        residual[5] = (b[5] - step.turn_rate * (T(1) + turn_scale[0]) - drift[0]) / noise.turn_rate;
         return true;
     }
 };
@@ -329,7 +330,7 @@ std::unique_ptr<ceres::CostFunction> momentum_term(double seconds, const MotionM
 }
 
 std::unique_ptr<ceres::CostFunction> wheel_term(const OdometryStep& step, const OdometryNoise& noise) {
-    return std::make_unique<ceres::AutoDiffCostFunction<Wheels, 6, 6, 6, 1, 1>>(new Wheels{step, noise});
+    return std::make_unique<ceres::AutoDiffCostFunction<Wheels, 6, 6, 6, 1, 1, 1>>(new Wheels{step, noise});
 }
 
 std::unique_ptr<ceres::CostFunction> loose_term(const Knot& about) { return std::make_unique<ceres::AutoDiffCostFunction<Loose, 6, 6>>(new Loose{about}); }

@@ -26,7 +26,7 @@ MeasuredTerm measured_term(const Measured& measured, int robot, const Trajectory
 /// Parameters: knot, next knot. The motion by momentum of estimate/motion.
 std::unique_ptr<ceres::CostFunction> momentum_term(double seconds, const MotionModel& model);
 
-/// Parameters: knot, next knot, scale, drift of the wheels.
+/// Parameters: knot, next knot, scale of the wheels' way, scale of their turning, drift.
 std::unique_ptr<ceres::CostFunction> wheel_term(const OdometryStep& step, const OdometryNoise& noise);
 
 /// Parameter: knot. Keeps it finite where nothing else does.
