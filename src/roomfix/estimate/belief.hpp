@@ -19,16 +19,17 @@ constexpr int most_states = core_states + most_slow_states;
 
 /// Errors of sensors that change slowly and are estimated along with the robot.
 enum class SlowKind : std::uint8_t {
-    range_bias,      // m, of one beacon, `component` is its index; -1: of all beacons alike; `source` is the receiver, or the detector
-    range_wander,    // m, of one beacon, what changes with the place; as before
-    range_scale,     // how much longer all ranges are than the way, as a part of it
-    bearing_bias,    // rad, of a detector's bearings to all landmarks alike
-    bearing_wander,  // rad, of those to one landmark, what changes with the place
-    receiver_place,  // m, along one of the robot's axes, which `component` is; `source` is the receiver
-    time_offset,     // s, how much later than stated a camera's pictures were taken
-    calibration,     // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
-    landmark_place,  // 1, of a landmark's position: x, y, z, in units of its standard deviation; `source` is its index
-    corner_place,    // 1, of a corner's position: three, in units of its standard deviation; `source` is its index
+    range_bias,       // m, of one beacon, `component` is its index; -1: of all beacons alike; `source` is the receiver, or the detector
+    range_wander,     // m, of one beacon, what changes with the place; as before
+    range_scale,      // how much longer all ranges are than the way, as a part of it
+    range_direction,  // part of the range: times cos(bearing) - 1 (`component` 0) or times sin(bearing) (1)
+    bearing_bias,     // rad, of a detector's bearings to all landmarks alike
+    bearing_wander,   // rad, of those to one landmark, what changes with the place
+    receiver_place,   // m, along one of the robot's axes, which `component` is; `source` is the receiver
+    time_offset,      // s, how much later than stated a camera's pictures were taken
+    calibration,      // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
+    landmark_place,   // 1, of a landmark's position: x, y, z, in units of its standard deviation; `source` is its index
+    corner_place,     // 1, of a corner's position: three, in units of its standard deviation; `source` is its index
 };
 
 /// Gauss-Markov: it stays as it is over a short time, and forgets its value over a long one.

@@ -43,16 +43,17 @@ Cause late_cause(double mean, double variance, double measured, double delay) {
     return cause;
 }
 
-LatePosterior mix(const Gaussian1& prior, double measured, double sigma, const LateModel& model, double late_share, double early_share) {
+LatePosterior mix(const Gaussian1& prior, double measured, double sigma, const LateModel& model, bool both_ways) {
     const double variance = prior.variance + sigma * sigma;
     const double error = measured - prior.mean;
     std::array<Cause, 3> causes;
-    causes[0] = {(1 - late_share - early_share - model.wrong) * normal_density(error, variance), {measured, 0}};
+    causes[0] = {(1 - model.share - model.wrong) * normal_density(error, variance), {measured, 0}};
+    const double late_share = both_ways ? 0.5 * model.share : model.share;
     causes[1] = late_cause(prior.mean, variance, measured, model.mean);
     causes[1].density *= late_share;
-    if (early_share > 0) {
+    if (both_ways) {
         const Cause mirrored = late_cause(-prior.mean, variance, -measured, model.mean);
-        causes[2] = {early_share * mirrored.density, {-mirrored.undelayed.mean, mirrored.undelayed.variance}};
+        causes[2] = {late_share * mirrored.density, {-mirrored.undelayed.mean, mirrored.undelayed.variance}};
     }
     const double wrong = model.wrong / (2 * model.wrong_span);
     const double total = causes[0].density + causes[1].density + causes[2].density + wrong + 1e-300;
@@ -85,12 +86,10 @@ LatePosterior mix(const Gaussian1& prior, double measured, double sigma, const L
 
 }  // namespace
 
-LatePosterior measure_range(const Gaussian1& prior, double measured, double sigma, const LateModel& model) {
-    return mix(prior, measured, sigma, model, model.share, model.early);
-}
+LatePosterior measure_range(const Gaussian1& prior, double measured, double sigma, const LateModel& model) { return mix(prior, measured, sigma, model, false); }
 
 LatePosterior measure_difference(const Gaussian1& prior, double measured, double sigma, const LateModel& model) {
-    return mix(prior, measured, sigma, model, 0.5 * model.share, 0.5 * model.share);
+    return mix(prior, measured, sigma, model, true);
 }
 
 }  // namespace roomfix

@@ -66,19 +66,16 @@ void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknown
     unknowns.push_back({&errors.wander, now});
     unknowns.push_back({&errors.own, now});
     unknowns.push_back({&errors.common, 2 * now});
-    unknowns.push_back({&errors.scale, 0.03});
-    for (std::size_t i = unknowns.size() - 4; i < unknowns.size() - 1; ++i) {
+    for (std::size_t i = unknowns.size() - 3; i < unknowns.size(); ++i) {
         unknowns[i].usual = sigma;
         unknowns[i].spread = 1;
         unknowns[i].least = 0.05 * sigma;
         unknowns[i].most = 1000 * sigma;
     }
-    unknowns.back().usual = 0.02;
-    unknowns.back().spread = 0.7;
-    unknowns.back().least = 0.002;
-    unknowns.back().most = 0.3;
-    unknowns[unknowns.size() - 5].most = 1000;
-    unknowns.push_back({&errors.early, 0.05, 0.03, 1, 0.005, 0.3});
+    unknowns[unknowns.size() - 4].most = 1000;
+    unknowns.push_back({&errors.stretch.scale, 0.03, 0.02, 0.7, 0.002, 0.3});
+    unknowns.push_back({&errors.stretch.direction, 0.05, 0.05, 0.7, 0.005, 0.5});
+    unknowns.push_back({&errors.stretch.growth, 0.01, 0.01, 0.7, 0.001, 0.2});
 }
 
 std::vector<Unknown> unknowns_of(SenseNoise& noise, const Kinds& kinds) {
@@ -203,8 +200,19 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
         noise.delay = before;
         return false;
     };
+    const auto flip = [&](double& depth) {
+        depth = 1 - depth;
+        const double now = likely();
+        if (now > best + (depth > 0 ? cost_of_an_error : -cost_of_an_error)) {
+            best = now;
+            return;
+        }
+        depth = 1 - depth;
+    };
     for (const double step : {2.0, 2.0, 1.4, 1.2}) {
         bool moved = false;
+        if (kinds.ranges) flip(noise.receiver.stretch.depth);
+        if (kinds.sighted_ranges) flip(noise.detector.stretch.depth);
         if (kinds.wheels) {
             const double by = shift * (step - 1);
             const bool later = shift_wheels(by);
@@ -240,6 +248,13 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     widen(unknowns, best, likely);
     Track end;
     evidence(noise, count, models, &end);
+    if (getenv("RFDEBUG")) { // DEBUG
+        const auto& b = end.belief.best();
+        const auto pr = [](const RangeErrors& e) { fprintf(stderr, "| f %.2f c %.3f o %.3f w %.3f s %.3f D %.0f dir %.3f g %.4f ", e.factor, e.common, e.own, e.wander, e.stretch.scale, e.stretch.depth, e.stretch.direction, e.stretch.growth); };
+        fprintf(stderr, "learn n %zu t %.1f (%.0f) best %.1f way %.2f turn %.2f delay %.2f ", count, to_seconds(until - origin_.time), to_seconds(until), best, noise.way, noise.turn, noise.delay);
+        pr(noise.receiver); pr(noise.detector);
+        fprintf(stderr, "| b %.2f w %.4f c %.4f | scale %.3f+-%.3f turn %.3f+-%.3f drift %.4f+-%.4f hyp %zu\n", noise.bearing, noise.bearing_wander, noise.bearing_common, b.mean[state_scale], std::sqrt(b.covariance(state_scale, state_scale)), b.mean[state_turn_scale], std::sqrt(b.covariance(state_turn_scale, state_turn_scale)), b.mean[state_drift], std::sqrt(b.covariance(state_drift, state_drift)), end.belief.hypotheses.size());
+    }
     end.born = origin_.born;
     end.relocated = origin_.relocated;
     learned_ = until;

@@ -38,6 +38,20 @@ Eigen::Vector3d arm_of(const Belief& belief, const RangeSource& source) {
 
 }  // namespace
 
+/// From the receiver to the beacon, against the robot's front, with its derivatives by x, y, yaw.
+struct BearingTo {
+    double value = 0;  // rad
+    Eigen::Vector3d by_pose = Eigen::Vector3d::Zero();
+};
+static BearingTo bearing_to(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
+    const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+    const Eigen::Vector2d arm(c * receiver.x() - s * receiver.y(), s * receiver.x() + c * receiver.y());
+    const Eigen::Vector2d way = beacon.head<2>() - Eigen::Vector2d(pose.x, pose.y) - arm;
+    const double squared = std::max(way.squaredNorm(), 1e-6);
+    const double x = way.y() / squared, y = -way.x() / squared;
+    return {wrap_angle(std::atan2(way.y(), way.x()) - pose.yaw), {x, y, -x * arm.y() + y * arm.x() - 1}};
+}
+
 PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
     const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
     const Eigen::Vector2d arm(c * receiver.x() - s * receiver.y(), s * receiver.x() + c * receiver.y());
@@ -50,9 +64,10 @@ RangeSource learned(RangeSource source, const RangeErrors& errors) {
     source.factor *= errors.factor;
     source.bias_sigma = std::max(source.bias_sigma, errors.common);
     source.own_sigma = std::max(source.own_sigma, errors.own);
-    source.scale_sigma = std::max(source.scale_sigma, errors.scale);
+    const double scale = std::max(source.stretch.scale, errors.stretch.scale);
+    source.stretch = errors.stretch;
+    source.stretch.scale = scale;
     source.wander_sigma = errors.wander;
-    source.late.early = errors.early;
     return source;
 }
 
@@ -62,7 +77,7 @@ void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
     if (source.bias_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, all_beacons, squared(source.bias_sigma), forget});
     if (source.own_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, beacon, squared(source.own_sigma), forget});
     if (source.wander_sigma > 0) ensure_slow(belief, {SlowKind::range_wander, source.number, beacon, squared(source.wander_sigma), 0, 1 / source.wander_way});
-    if (source.scale_sigma > 0) ensure_slow(belief, {SlowKind::range_scale, source.number, 0, squared(source.scale_sigma), forget});
+    add_slow_states(belief, source.number, source.stretch, forget);
     for (int axis = 0; axis < 3; ++axis) {
         if (source.receiver_sigma[axis] > 0) ensure_slow(belief, {SlowKind::receiver_place, source.number, axis, squared(source.receiver_sigma[axis])});
     }
@@ -83,11 +98,11 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
         predicted.by_state[static_cast<Eigen::Index>(predicted.states.size())] = derivative;
         predicted.states.push_back(state);
     };
-    const auto scale = find_slow(belief, SlowKind::range_scale, source.number, 0);
-    const double stretch = scale ? 1 + belief.mean[*scale] : 1;
-    predicted.value = stretch * exact.range;
-    for (int i = 0; i < 3; ++i) depends(i, stretch * exact.by_pose[i]);
-    if (scale) depends(*scale, exact.range);
+    const BearingTo bearing = bearing_to(at, arm, position);
+    const StretchedRange stated = stretched(belief, source.number, source.stretch, exact.range, bearing.value);
+    predicted.value = stated.value;
+    for (int i = 0; i < 3; ++i) depends(i, stated.by_range * exact.by_pose[i] + stated.by_bearing * bearing.by_pose[i]);
+    for (std::size_t i = 0; i < stated.states.size(); ++i) depends(stated.states[i], stated.by_state[i]);
     const auto add_bias = [&](SlowKind kind, int component) {
         const auto bias = find_slow(belief, kind, source.number, component);
         if (!bias) return;
@@ -101,7 +116,7 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
     const Eigen::Vector3d by_arm(c * exact.by_pose.x() + s * exact.by_pose.y(), -s * exact.by_pose.x() + c * exact.by_pose.y(),
                                  (arm.z() - position.z()) / exact.range);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (places[axis]) depends(*places[axis], stretch * by_arm[static_cast<Eigen::Index>(axis)]);
+        if (places[axis]) depends(*places[axis], stated.by_range * by_arm[static_cast<Eigen::Index>(axis)]);
     }
     return predicted;
 }
@@ -121,7 +136,8 @@ PredictedValue predict_difference(const Belief& belief, const Pose2& at, const E
 Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
     add_slow_states(belief, observation.beacon, source);
     const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_measured_range(taken, at, observation.beacon, beacon, source); };
-    const auto measure = [&](const Gaussian1& prior) { return measure_range(prior, observation.range, source.factor * observation.sigma, source.late); };
+    const double sigma = grown(source.factor * observation.sigma, source.stretch, observation.range);
+    const auto measure = [&](const Gaussian1& prior) { return measure_range(prior, observation.range, sigma, source.late); };
     return update_twice(belief, observation.range, predict, measure);
 }
 

@@ -12,14 +12,14 @@ namespace roomfix {
 struct RangeSource {
     Eigen::Vector3d receiver = Eigen::Vector3d::Zero();  // m, robot frame
     LateModel late;
-    double bias_sigma = 0;     // m: how far all ranges may be off; 0: not at all
-    double scale_sigma = 0;    // part of the range by which they may be too long or short: a wrong speed of sound, a wrong clock
-    double bias_memory = 600;  // s: over that time these change
-    double own_sigma = 0;      // m: how far those to one beacon may be off besides
-    double wander_sigma = 0;   // m: what changes with the place
-    double wander_way = 1;     // m: over that way it is another
-    double factor = 1;         // times the stated sigma of a range
-    int number = 0;            // of the receiver
+    double bias_sigma = 0;                                     // m: how far all ranges may be off; 0: not at all
+    StretchErrors stretch;                                     // parts of the range
+    double bias_memory = 600;                                  // s: over that time these change
+    double own_sigma = 0;                                      // m: how far those to one beacon may be off besides
+    double wander_sigma = 0;                                   // m: what changes with the place
+    double wander_way = 1;                                     // m: over that way it is another
+    double factor = 1;                                         // times the stated sigma of a range
+    int number = 0;                                            // of the receiver
     Eigen::Vector3d receiver_sigma = Eigen::Vector3d::Zero();  // m, along each axis of the robot
 };
 

@@ -4,18 +4,17 @@
 #include <cmath>
 
 #include "roomfix/estimate/motion.hpp"
-#include "roomfix/observation/range_noise.hpp"
+#include "roomfix/estimate/range_stretch.hpp"
 
 namespace roomfix {
 
 /// Of ranges, by receivers or by a detector. Zero: there is no such error.
 struct RangeErrors {
-    double factor = 1;  // times the stated sigma
-    double common = 0;  // m, standard deviation of what all ranges have in common
-    double own = 0;     // m, of what the ranges to one beacon have in common
-    double wander = 0;  // m, of what changes with the place
-    double scale = 0;   // part of the range
-    double early = 0;   // part of the ranges that are far too short
+    double factor = 1;      // times the stated sigma
+    double common = 0;      // m, standard deviation of what all ranges have in common
+    double own = 0;         // m, of what the ranges to one beacon have in common
+    double wander = 0;      // m, of what changes with the place
+    StretchErrors stretch;  // parts of the range
 };
 
 struct SenseNoise {

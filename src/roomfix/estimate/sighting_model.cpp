@@ -42,7 +42,7 @@ double log_likelihood(const Belief& belief, const SightingObservation& seen, con
         variance -= s(0, 1) * s(0, 1) / s(1, 1);
     }
     if (!seen.range) return log;
-    const double sigma = source.range_factor * seen.range_sigma;
+    const double sigma = grown(source.range_factor * seen.range_sigma, source.stretch, *seen.range);
     const Gaussian1 prior{expected, std::max(variance - sigma * sigma, 1e-12)};
     return log + measure_range(prior, l.residual.x(), sigma, source.late).log_evidence;
 }
@@ -61,8 +61,7 @@ DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
     source.range_common = std::max(source.range_common, noise.detector.common);
     source.range_own = std::max(source.range_own, noise.detector.own);
     source.range_wander = std::max(source.range_wander, noise.detector.wander);
-    source.range_scale = std::max(source.range_scale, noise.detector.scale);
-    source.late.early = noise.detector.early;
+    source.stretch = noise.detector.stretch;
     source.bearing_factor *= noise.bearing;
     source.bearing_common = std::max(source.bearing_common, noise.bearing_common);
     source.bearing_wander = std::max(source.bearing_wander, noise.bearing_wander);
@@ -89,7 +88,7 @@ void add_slow_states(Belief& belief, const SightingObservation& seen, int landma
         add(SlowKind::range_bias, all_landmarks, source.range_common, forget, 0);
         add(SlowKind::range_bias, landmark, source.range_own, forget, 0);
         add(SlowKind::range_wander, landmark, source.range_wander, 0, 1 / source.wander_way);
-        add(SlowKind::range_scale, 0, source.range_scale, forget, 0);
+        add_slow_states(belief, of_detector, source.stretch, forget);
     }
     if (seen.bearing) {
         add(SlowKind::bearing_bias, 0, source.bearing_common, forget, 0);
@@ -100,10 +99,10 @@ void add_slow_states(Belief& belief, const SightingObservation& seen, int landma
 Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation& seen, int landmark, const Mark& mark, const DetectorSource& source) {
     const PredictedSighting exact = predict_sighting(belief.pose(), mark.place);
     Linearised<2> l;
-    const auto scale = find_slow(belief, SlowKind::range_scale, of_detector, 0);
-    const double stretch = scale ? 1 + belief.mean[*scale] : 1;
+    const StretchedRange stated = stretched(belief, of_detector, source.stretch, exact.range, exact.bearing);
     for (int i = 0; i < 3; ++i) {
-        l.depends(i, {seen.range ? stretch * exact.range_by_pose[i] : 0, seen.bearing ? exact.bearing_by_pose[i] : 0});
+        const double range = stated.by_range * exact.range_by_pose[i] + stated.by_bearing * exact.bearing_by_pose[i];
+        l.depends(i, {seen.range ? range : 0, seen.bearing ? exact.bearing_by_pose[i] : 0});
     }
     const double place = mark.sigma;
     l.noise(0, 0) = l.noise(1, 1) = unseen;
@@ -116,11 +115,10 @@ Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation
         }
     };
     if (seen.range) {
-        const double sigma = source.range_factor * seen.range_sigma;
-        l.residual[0] = *seen.range - stretch * exact.range;
-        l.noise(0, 0) = sigma * sigma + place * place;
-        if (scale) l.depends(*scale, {exact.range, 0});
-        if (!scale) l.noise(0, 0) += std::pow(source.range_scale * exact.range, 2);
+        const double sigma = grown(source.range_factor * seen.range_sigma, source.stretch, *seen.range);
+        l.residual[0] = *seen.range - stated.value;
+        l.noise(0, 0) = sigma * sigma + place * place + stated.noise;
+        for (std::size_t i = 0; i < stated.states.size(); ++i) l.depends(stated.states[i], {stated.by_state[i], 0});
         depends(SlowKind::range_bias, all_landmarks, source.range_common, 0);
         depends(SlowKind::range_bias, landmark, source.range_own, 0);
         depends(SlowKind::range_wander, landmark, source.range_wander, 0);

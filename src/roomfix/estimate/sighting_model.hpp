@@ -24,7 +24,7 @@ struct DetectorSource {
     double range_common = 0, bearing_common = 0;  // m, rad: what all sightings have in common
     double range_own = 0;                         // m: what those of one landmark have in common
     double range_wander = 0, bearing_wander = 0;  // m, rad: what changes with the place
-    double range_scale = 0;                       // part of the range
+    StretchErrors stretch;                        // parts of the range
     double wander_way = 1;                        // m: over that way what depends on the place is another
     double bias_memory = 600;                     // s: over that time the rest changes
     LateModel late{.share = 0.02};                // of ranges that are far too long or short

@@ -17,6 +17,7 @@ constexpr double largest_error = 60;      // times what is stated
 constexpr double bearing_error = 3;       // times what is stated
 constexpr double misread = 0.05;          // part of what is seen that is something else
 constexpr double anywhere = 20;           // m, over which that is
+constexpr double depths = 0.2;            // probability that ranges are depths where the front matters
 
 // Of wheels of which nobody knows how they err.
 constexpr double way_error = 0.05, way_part = 0.03;                           // per root of a metre, of a metre
@@ -107,10 +108,11 @@ void StartCloud::begin(const std::vector<PlaceProposal>& places, double error, d
             guesses_.push_back({place.pose.x + off.x(), place.pose.y + off.y(), place.pose.yaw + off.z(), std::log(error) + 0.3 * random_.normal()});
         }
     }
-    guess_scales();
+    guess_errors();
 }
 
-void StartCloud::guess_scales() {
+void StartCloud::guess_errors() {
+    for (Guess& guess : guesses_) guess.depth = depth_.value_or(shows_front_ && random_.uniform() < depths);
     if (wheels_.learned) return;
     for (Guess& guess : guesses_) {
         guess.scale = scale_error * random_.normal();
@@ -182,7 +184,7 @@ void StartCloud::begin(const Heard& heard, const TrackingModels& models) {
             guess.yaw = direction + std::numbers::pi - *sighting->bearing + bearing_error * sighting->bearing_sigma * random_.normal();
         }
     }
-    guess_scales();
+    guess_errors();
 }
 
 /// As the wheels say, or at random; up to the wheels' last word if what was heard is newer.
@@ -233,12 +235,18 @@ bool StartCloud::tells_something(const Heard& heard) {
 }
 
 void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
+    const auto stated = [](const Guess& guess, double range, const Eigen::Vector2d& way) {
+        if (!guess.depth) return range;
+        const double ahead = std::cos(guess.yaw) * way.x() + std::sin(guess.yaw) * way.y();
+        return range * ahead / std::max(way.norm(), 1e-6);
+    };
     const auto likelihood = [&](const Guess& guess) {
         const Pose2 robot{guess.x, guess.y, guess.yaw};
         const double sigma = std::exp(guess.log_error);
         if (const auto* range = std::get_if<RangeObservation>(&heard)) {
             const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, range->receiver), shows_front_);
-            return student(range->range - (ear - beacon_of(models, range->beacon)).norm(), sigma);
+            const Eigen::Vector3d way = beacon_of(models, range->beacon) - ear;
+            return student(range->range - stated(guess, way.norm(), way.head<2>()), sigma);
         }
         if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
             const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, difference->receiver), shows_front_);
@@ -248,7 +256,8 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         const auto& seen = std::get<SightingObservation>(heard);
         const auto of = [&](int landmark) {
             const PredictedSighting exact = predict_sighting(robot, models.marks[static_cast<std::size_t>(landmark)].place);
-            double density = seen.range ? student(*seen.range - exact.range, sigma) : 1;
+            const Eigen::Vector2d way = models.marks[static_cast<std::size_t>(landmark)].place - Eigen::Vector2d(guess.x, guess.y);
+            double density = seen.range ? student(*seen.range - stated(guess, exact.range, way), sigma) : 1;
             if (seen.bearing) density *= student(wrap_angle(*seen.bearing - exact.bearing), bearing_error * seen.bearing_sigma);
             return density;
         };
@@ -321,7 +330,9 @@ StartPlaces StartCloud::places(double patience) const {
         left.push_back(std::exp(guess.log_weight));
         all += left.back();
     }
-    double taken = 0;
+    double taken = 0, by_depth = 0;
+    for (std::size_t i = 0; i < guesses_.size(); ++i) by_depth += guesses_[i].depth ? left[i] : 0;
+    result.depth = by_depth > 0.5 * all;
     bool fronts = true;
     for (std::size_t k = 0; k < most_places; ++k) {
         // Around the heaviest guess, then around the mean of what is near that, once more.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -22,6 +23,7 @@ Nanoseconds time_of(const Heard& heard);
 struct StartPlaces {
     std::vector<PlaceProposal> places;  // at the time of the newest that was heard; the likeliest first, weights add up to 1
     double error = 0;                   // m: standard deviation of what was heard there
+    bool depth = false;                 // ranges seem to be depths (range_stretch.hpp)
     std::string reason;                 // why there are none
 };
 
@@ -35,8 +37,8 @@ constexpr double widest_front = 0.3;  // rad, likewise
 class StartCloud {
 public:
     StartCloud() = default;
-    /// `wheels`: what is known of how the wheels err for good.
-    explicit StartCloud(const WheelErrors& wheels) : wheels_(wheels) {}
+    /// `wheels`: what is known of how the wheels err for good. `depth`: are ranges depths?
+    StartCloud(const WheelErrors& wheels, bool depth) : wheels_(wheels), depth_(depth) {}
     bool empty() const { return guesses_.empty(); }
     /// Around poses that are believed with some weight. `error`: m, of what will be heard; `distance`: m, to what is heard.
     void begin(const std::vector<PlaceProposal>& places, double error, double distance, Nanoseconds time);
@@ -55,6 +57,7 @@ private:
         double log_error = 0;          // of m
         double log_weight = 0;
         double scale = 0, turn_scale = 0;  // of the wheels, beyond what is known
+        bool depth = false;                // ranges are depths
     };
     /// Where the robot was when a source was last heard.
     struct LastWord {
@@ -62,7 +65,7 @@ private:
         Nanoseconds time = 0;
     };
     void begin(const Heard& heard, const TrackingModels& models);
-    void guess_scales();
+    void guess_errors();
     void look(int robot, const Heard& heard, const TrackingModels& models);
     void move(Nanoseconds time, const TrackingModels& models);
     bool tells_something(const Heard& heard);
@@ -70,6 +73,7 @@ private:
     void draw_again();
 
     WheelErrors wheels_;
+    std::optional<bool> depth_;
     std::vector<Guess> guesses_;
     int robot_ = 0;
     Nanoseconds begun_ = 0, time_ = 0;

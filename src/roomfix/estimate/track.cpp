@@ -239,7 +239,9 @@ std::optional<double> sigma_of(const SlowState& slow, const Track& track, const 
         case SlowKind::range_wander:
             return detected ? detector.range_wander : receiver.wander_sigma;
         case SlowKind::range_scale:
-            return detected ? detector.range_scale : receiver.scale_sigma;
+            return detected ? detector.stretch.scale : receiver.stretch.scale;
+        case SlowKind::range_direction:
+            return detected ? detector.stretch.direction : receiver.stretch.direction;
         case SlowKind::bearing_bias:
             return detector.bearing_common;
         case SlowKind::bearing_wander:
@@ -374,6 +376,8 @@ WheelErrors wheels_of(const Track& track) {
     return {best.mean[state_scale], best.mean[state_turn_scale], best.mean[state_drift], track.noise.delay, learned};
 }
 
+bool sees_depths(const Track& track) { return track.noise.receiver.stretch.depth > 0 || track.noise.detector.stretch.depth > 0; }
+
 /// Nobody vouches for its wheels: both scales may be off a lot.
 void doubt_wheels(Track& track) {
     for (Hypothesis& h : track.belief.hypotheses) {
@@ -389,7 +393,7 @@ void find_again(Track& track, const TrackingModels& models) {
     if (!found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
     track.searched = track.time;
     track.agreement = 1;
-    StartCloud cloud(wheels_of(track));
+    StartCloud cloud(wheels_of(track), sees_depths(track));
     for (const Heard& heard : track.heard) cloud.take(heard, track.robot, models);
     const StartPlaces found = cloud.places(0);
     if (!found.places.empty()) add_places(track, found.places, models.settings.kidnapping, models);
@@ -414,7 +418,7 @@ void settle_doubt(Track& track, const Observation& o, const TrackingModels& mode
         if (!vague) return;
         std::vector<PlaceProposal> places;
         for (const Hypothesis& h : track.belief.hypotheses) places.push_back({h.belief.pose(), h.belief.pose_covariance(), true, std::exp(h.log_weight)});
-        track.cloud = StartCloud(wheels_of(track));
+        track.cloud = StartCloud(wheels_of(track), sees_depths(track));
         track.cloud.begin(places, error_of(o, track.noise), distance_of(o), track.time);
     }
     track.cloud.take(o, track.robot, models);
@@ -431,6 +435,7 @@ void settle_doubt(Track& track, const Observation& o, const TrackingModels& mode
     }
     track.belief.hypotheses = relocated;
     track.relocated = track.time;
+    if (getenv("RFDEBUG")) fprintf(stderr, "relocated %.1f places %zu depth %d\n", to_seconds(track.time), found.places.size(), found.depth); // DEBUG
 }
 
 /// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
@@ -446,7 +451,9 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     const StartPlaces found = track.cloud.places(models.settings.start_patience);
     if (found.places.empty()) return false;
     start(track, found.places, o.time, models);
+    if (getenv("RFDEBUG")) fprintf(stderr, "start %.1f places %zu depth %d error %.3f yaw %d\n", to_seconds(track.time), found.places.size(), found.depth, found.error, found.places[0].yaw_known); // DEBUG
     track.noise.way = track.noise.turn = models.settings.unknown_wheels;
+    track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = found.depth ? 1 : 0;
     doubt_wheels(track);
     if constexpr (std::is_same_v<Observation, SightingObservation>) {
         if (o.range) expect_errors(track.noise.detector, found.error, o.range_sigma);

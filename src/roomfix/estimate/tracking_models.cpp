@@ -17,7 +17,7 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
             source.receiver_sigma = receiver.position_sigma;
             source.bias_sigma = receiver.bias_sigma;
             source.own_sigma = own_part * receiver.bias_sigma;
-            source.scale_sigma = receiver.scale_sigma;
+            source.stretch.scale = receiver.scale_sigma;
             heard.push_back(source);
         }
         for (RangeSource& source : heard) {

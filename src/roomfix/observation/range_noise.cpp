@@ -38,11 +38,11 @@ Density late_density(double error, double sigma, double mean) {
     return late;
 }
 
-RangeLikelihood mixture(const Density& straight, const Density& late, const Density& early, double late_share, double early_share, const LateModel& model) {
+RangeLikelihood mixture(const Density& straight, const Density& late, const Density& early, const LateModel& model) {
     const double wrong = model.wrong / (2 * model.wrong_span);
-    const double on_time = (1 - late_share - early_share - model.wrong) * straight.value;
-    const double behind = late_share * late.value;
-    const double ahead = early_share * early.value;
+    const double on_time = (1 - model.share - model.wrong) * straight.value;
+    const double behind = 0.5 * model.share * late.value;
+    const double ahead = 0.5 * model.share * early.value;
     const double all = on_time + behind + ahead + wrong + 1e-300;
     return {std::log(all), (on_time * straight.slope + behind * late.slope + ahead * early.slope) / all,
             (on_time * straight.curvature + behind * late.curvature + ahead * early.curvature) / all, on_time / all};
@@ -50,21 +50,15 @@ RangeLikelihood mixture(const Density& straight, const Density& late, const Dens
 
 }  // namespace
 
-static Density early_density(double error, double sigma, double mean) {
-    Density early = late_density(-error, sigma, mean);
-    early.slope = -early.slope;
-    return early;
-}
-
 RangeLikelihood range_likelihood(double error, double sigma, const LateModel& model) {
     const Density late = late_density(error, sigma, model.mean);
-    if (model.early <= 0) return mixture(normal_density(error, sigma), late, late, model.share, 0, model);
-    return mixture(normal_density(error, sigma), late, early_density(error, sigma, model.mean), model.share, model.early, model);
+    return mixture(normal_density(error, sigma), late, late, model);
 }
 
 RangeLikelihood difference_likelihood(double error, double sigma, const LateModel& model) {
-    return mixture(normal_density(error, sigma), late_density(error, sigma, model.mean), early_density(error, sigma, model.mean), 0.5 * model.share,
-                   0.5 * model.share, model);
+    Density early = late_density(-error, sigma, model.mean);
+    early.slope = -early.slope;
+    return mixture(normal_density(error, sigma), late_density(error, sigma, model.mean), early, model);
 }
 
 }  // namespace roomfix

@@ -10,7 +10,6 @@ struct LateModel {
     double mean = 0.5;  // m, of the delay
     double wrong = 1e-3;
     double wrong_span = 20;  // m
-    double early = 0;        // probability that a range is too short instead, by as much: what measures by pictures may err so
 };
 
 /// What one error (measured - predicted, m) tells.

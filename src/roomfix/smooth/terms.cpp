@@ -211,7 +211,7 @@ struct TermMaker {
         Belief& belief = prepared();
         add_slow_states(belief, o.beacon, receiver);
         const auto predict = [o, &beacon, &receiver](const Belief& b) { return predict_measured_range(b, b.pose(), o.beacon, beacon, receiver); };
-        const double sigma = receiver.factor * o.sigma;
+        const double sigma = grown(receiver.factor * o.sigma, receiver.stretch, o.range);
         return range_term(
             o.range, sigma, predict, [sigma, &receiver](double e) { return range_likelihood(e, sigma, receiver.late); }, belief);
     }
