@@ -24,11 +24,12 @@ struct Unknown {
     double usual = 1;         // its logarithm is normally distributed around that of this ...
     double spread = 1.5;      // ... with this standard deviation; 0: anything alike
     double least = 0.05, most = 50;
+    bool known = false;  // there was such an error when it was learned before
 
     double log_prior() const {
-        if (from_nothing > 0 && *value == 0) return 0;
+        if (from_nothing > 0 && *value == 0) return known ? -cost_of_an_error : 0;
         const double z = std::log(*value / usual) / spread;
-        return -0.5 * z * z - (from_nothing > 0 ? cost_of_an_error : 0);
+        return -0.5 * z * z - (from_nothing > 0 && !known ? cost_of_an_error : 0);
     }
 };
 
@@ -64,15 +65,16 @@ void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknown
     const double now = errors.factor * sigma;
     unknowns.push_back({&errors.factor});
     unknowns.push_back({&errors.wander, now});
+    unknowns.push_back({&errors.sway, now});
     unknowns.push_back({&errors.own, now});
     unknowns.push_back({&errors.common, 2 * now});
-    for (std::size_t i = unknowns.size() - 3; i < unknowns.size(); ++i) {
+    for (std::size_t i = unknowns.size() - 4; i < unknowns.size(); ++i) {
         unknowns[i].usual = sigma;
         unknowns[i].spread = 1;
         unknowns[i].least = 0.05 * sigma;
         unknowns[i].most = 1000 * sigma;
     }
-    unknowns[unknowns.size() - 4].most = 1000;
+    unknowns[unknowns.size() - 5].most = 1000;
     unknowns.push_back({&errors.stretch.scale, 0.03, 0.02, 0.7, 0.002, 0.3});
     unknowns.push_back({&errors.stretch.direction, 0.05, 0.05, 0.7, 0.005, 0.5});
     unknowns.push_back({&errors.stretch.growth, 0.01, 0.01, 0.7, 0.001, 0.2});
@@ -88,10 +90,21 @@ std::vector<Unknown> unknowns_of(SenseNoise& noise, const Kinds& kinds) {
     if (kinds.sighted_ranges) add_ranges(noise.detector, kinds.sighted_sigma, unknowns);
     if (kinds.bearings) {
         unknowns.push_back({&noise.bearing});
-        unknowns.push_back({&noise.bearing_wander, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
+        unknowns.push_back({&noise.bearing_sway, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
         unknowns.push_back({&noise.bearing_common, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
     }
     return unknowns;
+}
+
+/// What was learned before is not forgotten, only doubted.
+void expect(std::vector<Unknown>& unknowns, const std::vector<Unknown>& before) {
+    constexpr double doubt = 0.7;  // standard deviation of the logarithm
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+        if (*before[i].value == 0) continue;
+        unknowns[i].usual = *before[i].value;
+        unknowns[i].spread = std::min(unknowns[i].spread, doubt);
+        unknowns[i].known = true;
+    }
 }
 
 /// Few observations tell little of the noise: each standard deviation becomes the root of its mean square over what it may be (a normal distribution of its
@@ -144,9 +157,14 @@ void adopt(Track& track, const TrackingModels& models) {
 }  // namespace
 
 void NoiseLearner::begin(const Track& track) {
-    wait_ = begun_ && origin_.born == track.born ? std::max(0.25 * wait_, first_wait) : first_wait;
+    const bool again = begun_ && origin_.born == track.born;
+    wait_ = again ? std::max(0.25 * wait_, first_wait) : first_wait;
+    if (!again) before_.reset();
+    if (again && learned_once_) before_ = noise_;
     begun_ = true;
+    learned_once_ = false;
     origin_ = track;
+    if (before_) origin_.noise = *before_;
     noise_ = track.noise;
     events_.clear();
     learned_ = track.time;
@@ -183,10 +201,12 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     SenseNoise noise = origin_.noise;
     const Kinds kinds = kinds_of(events_, origin_.robot, models);
     std::vector<Unknown> unknowns = unknowns_of(noise, kinds);
+    if (before_) expect(unknowns, unknowns_of(*before_, kinds));
+    const double delay = before_ ? before_->delay : 0;
     const auto likely = [&] {
         double sum = evidence(noise, count, models, nullptr);
         for (const Unknown& u : unknowns) sum += u.log_prior();
-        return sum - 0.5 * std::pow(std::log(noise.way / noise.turn) / way_like_turn, 2) - 0.5 * std::pow(noise.delay / usual_delay, 2);
+        return sum - 0.5 * std::pow(std::log(noise.way / noise.turn) / way_like_turn, 2) - 0.5 * std::pow((noise.delay - delay) / usual_delay, 2);
     };
     double best = likely();
     const auto shift_wheels = [&](double by) {
@@ -248,16 +268,25 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     widen(unknowns, best, likely);
     Track end;
     evidence(noise, count, models, &end);
-    if (getenv("RFDEBUG")) { // DEBUG
+    if (getenv("RFDEBUG")) {  // DEBUG
         const auto& b = end.belief.best();
-        const auto pr = [](const RangeErrors& e) { fprintf(stderr, "| f %.2f c %.3f o %.3f w %.3f s %.3f D %.0f dir %.3f g %.4f ", e.factor, e.common, e.own, e.wander, e.stretch.scale, e.stretch.depth, e.stretch.direction, e.stretch.growth); };
-        fprintf(stderr, "learn n %zu t %.1f (%.0f) best %.1f way %.2f turn %.2f delay %.2f ", count, to_seconds(until - origin_.time), to_seconds(until), best, noise.way, noise.turn, noise.delay);
-        pr(noise.receiver); pr(noise.detector);
-        fprintf(stderr, "| b %.2f w %.4f c %.4f | scale %.3f+-%.3f turn %.3f+-%.3f drift %.4f+-%.4f hyp %zu\n", noise.bearing, noise.bearing_wander, noise.bearing_common, b.mean[state_scale], std::sqrt(b.covariance(state_scale, state_scale)), b.mean[state_turn_scale], std::sqrt(b.covariance(state_turn_scale, state_turn_scale)), b.mean[state_drift], std::sqrt(b.covariance(state_drift, state_drift)), end.belief.hypotheses.size());
+        const auto pr = [](const RangeErrors& e) {
+            fprintf(stderr, "| f %.2f c %.3f o %.3f w %.3f y %.3f s %.3f D %.0f dir %.3f g %.4f ", e.factor, e.common, e.own, e.wander, e.sway, e.stretch.scale,
+                    e.stretch.depth, e.stretch.direction, e.stretch.growth);
+        };
+        fprintf(stderr, "learn n %zu t %.1f (%.0f) best %.1f way %.2f turn %.2f delay %.2f ", count, to_seconds(until - origin_.time), to_seconds(until), best,
+                noise.way, noise.turn, noise.delay);
+        pr(noise.receiver);
+        pr(noise.detector);
+        fprintf(stderr, "| b %.2f w %.4f c %.4f | scale %.3f+-%.3f turn %.3f+-%.3f drift %.4f+-%.4f hyp %zu\n", noise.bearing, noise.bearing_sway,
+                noise.bearing_common, b.mean[state_scale], std::sqrt(b.covariance(state_scale, state_scale)), b.mean[state_turn_scale],
+                std::sqrt(b.covariance(state_turn_scale, state_turn_scale)), b.mean[state_drift], std::sqrt(b.covariance(state_drift, state_drift)),
+                end.belief.hypotheses.size());
     }
     end.born = origin_.born;
     end.relocated = origin_.relocated;
     learned_ = until;
+    learned_once_ = true;
     wait_ = std::min(2 * wait_, longest_wait);
     noise_ = noise;
     if (count > most_events) forget(count - most_events / 2, models);

@@ -29,10 +29,12 @@ private:
     void forget(std::size_t count, const TrackingModels& models);
 
     bool begun_ = false;
-    Track origin_;               // before all events, with the likeliest noise
-    SenseNoise noise_;           // as it was learned last
-    std::vector<Event> events_;  // in their order
-    double wait_ = 0;            // s from the origin's start until it is due
+    Track origin_;                      // before all events, with the likeliest noise
+    SenseNoise noise_;                  // as it was learned last
+    bool learned_once_ = false;         // since the origin
+    std::optional<SenseNoise> before_;  // as it was learned before the track was put elsewhere
+    std::vector<Event> events_;         // in their order
+    double wait_ = 0;                   // s from the origin's start until it is due
     Nanoseconds learned_ = 0;
 };
 

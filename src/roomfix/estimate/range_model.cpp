@@ -68,6 +68,7 @@ RangeSource learned(RangeSource source, const RangeErrors& errors) {
     source.stretch = errors.stretch;
     source.stretch.scale = scale;
     source.wander_sigma = errors.wander;
+    source.sway_sigma = errors.sway;
     return source;
 }
 
@@ -77,6 +78,7 @@ void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
     if (source.bias_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, all_beacons, squared(source.bias_sigma), forget});
     if (source.own_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, beacon, squared(source.own_sigma), forget});
     if (source.wander_sigma > 0) ensure_slow(belief, {SlowKind::range_wander, source.number, beacon, squared(source.wander_sigma), 0, 1 / source.wander_way});
+    if (source.sway_sigma > 0) ensure_slow(belief, {SlowKind::range_wander, source.number, all_beacons, squared(source.sway_sigma), 0, 1 / source.wander_way});
     add_slow_states(belief, source.number, source.stretch, forget);
     for (int axis = 0; axis < 3; ++axis) {
         if (source.receiver_sigma[axis] > 0) ensure_slow(belief, {SlowKind::receiver_place, source.number, axis, squared(source.receiver_sigma[axis])});
@@ -112,6 +114,7 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
     add_bias(SlowKind::range_bias, all_beacons);
     add_bias(SlowKind::range_bias, beacon);
     add_bias(SlowKind::range_wander, beacon);
+    add_bias(SlowKind::range_wander, all_beacons);
     const double c = std::cos(at.yaw), s = std::sin(at.yaw);
     const Eigen::Vector3d by_arm(c * exact.by_pose.x() + s * exact.by_pose.y(), -s * exact.by_pose.x() + c * exact.by_pose.y(),
                                  (arm.z() - position.z()) / exact.range);

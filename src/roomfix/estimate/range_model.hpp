@@ -16,7 +16,8 @@ struct RangeSource {
     StretchErrors stretch;                                     // parts of the range
     double bias_memory = 600;                                  // s: over that time these change
     double own_sigma = 0;                                      // m: how far those to one beacon may be off besides
-    double wander_sigma = 0;                                   // m: what changes with the place
+    double wander_sigma = 0;                                   // m: what those to one beacon have in common and what changes with the place
+    double sway_sigma = 0;                                     // m: what all have in common and what changes with the place
     double wander_way = 1;                                     // m: over that way it is another
     double factor = 1;                                         // times the stated sigma of a range
     int number = 0;                                            // of the receiver

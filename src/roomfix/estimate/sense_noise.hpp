@@ -13,7 +13,8 @@ struct RangeErrors {
     double factor = 1;      // times the stated sigma
     double common = 0;      // m, standard deviation of what all ranges have in common
     double own = 0;         // m, of what the ranges to one beacon have in common
-    double wander = 0;      // m, of what changes with the place
+    double wander = 0;      // m, of what the ranges to one beacon have in common and what changes with the place
+    double sway = 0;        // m, of what all ranges have in common and what changes with the place
     StretchErrors stretch;  // parts of the range
 };
 
@@ -24,7 +25,7 @@ struct SenseNoise {
     RangeErrors receiver, detector;
     double bearing = 1;         // times the stated sigma of bearings
     double bearing_common = 0;  // rad, standard deviation of what all bearings have in common
-    double bearing_wander = 0;  // rad, of what changes with the place
+    double bearing_sway = 0;    // rad, of what all bearings have in common and what changes with the place
 };
 
 /// The wheels' noise as it was learned.

@@ -64,7 +64,8 @@ DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
     source.stretch = noise.detector.stretch;
     source.bearing_factor *= noise.bearing;
     source.bearing_common = std::max(source.bearing_common, noise.bearing_common);
-    source.bearing_wander = std::max(source.bearing_wander, noise.bearing_wander);
+    source.range_sway = noise.detector.sway;
+    source.bearing_sway = noise.bearing_sway;
     return source;
 }
 
@@ -88,11 +89,12 @@ void add_slow_states(Belief& belief, const SightingObservation& seen, int landma
         add(SlowKind::range_bias, all_landmarks, source.range_common, forget, 0);
         add(SlowKind::range_bias, landmark, source.range_own, forget, 0);
         add(SlowKind::range_wander, landmark, source.range_wander, 0, 1 / source.wander_way);
+        add(SlowKind::range_wander, all_landmarks, source.range_sway, 0, 1 / source.wander_way);
         add_slow_states(belief, of_detector, source.stretch, forget);
     }
     if (seen.bearing) {
         add(SlowKind::bearing_bias, 0, source.bearing_common, forget, 0);
-        add(SlowKind::bearing_wander, landmark, source.bearing_wander, 0, 1 / source.wander_way);
+        add(SlowKind::bearing_wander, all_landmarks, source.bearing_sway, 0, 1 / source.wander_way);
     }
 }
 
@@ -122,13 +124,14 @@ Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation
         depends(SlowKind::range_bias, all_landmarks, source.range_common, 0);
         depends(SlowKind::range_bias, landmark, source.range_own, 0);
         depends(SlowKind::range_wander, landmark, source.range_wander, 0);
+        depends(SlowKind::range_wander, all_landmarks, source.range_sway, 0);
     }
     if (seen.bearing) {
         const double sigma = source.bearing_factor * seen.bearing_sigma;
         l.residual[1] = *seen.bearing - exact.bearing;
         l.noise(1, 1) = sigma * sigma + std::pow(place / exact.range, 2);
         depends(SlowKind::bearing_bias, 0, source.bearing_common, 1);
-        depends(SlowKind::bearing_wander, landmark, source.bearing_wander, 1);
+        depends(SlowKind::bearing_wander, all_landmarks, source.bearing_sway, 1);
         l.residual[1] = wrap_angle(l.residual[1]);
     }
     return l;

@@ -23,7 +23,8 @@ struct DetectorSource {
     double range_factor = 1, bearing_factor = 1;  // times the stated sigmas
     double range_common = 0, bearing_common = 0;  // m, rad: what all sightings have in common
     double range_own = 0;                         // m: what those of one landmark have in common
-    double range_wander = 0, bearing_wander = 0;  // m, rad: what changes with the place
+    double range_wander = 0;                      // m: what those of one landmark have in common and what changes with the place
+    double range_sway = 0, bearing_sway = 0;      // m, rad: what all have in common and what changes with the place
     StretchErrors stretch;                        // parts of the range
     double wander_way = 1;                        // m: over that way what depends on the place is another
     double bias_memory = 600;                     // s: over that time the rest changes

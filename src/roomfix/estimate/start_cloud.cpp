@@ -17,6 +17,7 @@ constexpr double largest_error = 60;      // times what is stated
 constexpr double bearing_error = 3;       // times what is stated
 constexpr double misread = 0.05;          // part of what is seen that is something else
 constexpr double anywhere = 20;           // m, over which that is
+constexpr double straight_ahead = 0.4;    // cosine of the widest direction in which depths are measured
 constexpr double depths = 0.2;            // probability that ranges are depths where the front matters
 
 // Of wheels of which nobody knows how they err.
@@ -235,10 +236,15 @@ bool StartCloud::tells_something(const Heard& heard) {
 }
 
 void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
-    const auto stated = [](const Guess& guess, double range, const Eigen::Vector2d& way) {
+    // Nothing where it cannot be measured at all: what measures depths does not see far to the side.
+    const auto stated = [](const Guess& guess, double range, const Eigen::Vector2d& way) -> std::optional<double> {
         if (!guess.depth) return range;
         const double ahead = std::cos(guess.yaw) * way.x() + std::sin(guess.yaw) * way.y();
+        if (ahead < straight_ahead * way.norm()) return std::nullopt;
         return range * ahead / std::max(way.norm(), 1e-6);
+    };
+    const auto density_of = [&](double measured, const std::optional<double>& expected, double sigma) {
+        return expected ? student(measured - *expected, sigma) : 0.01 * misread / anywhere;
     };
     const auto likelihood = [&](const Guess& guess) {
         const Pose2 robot{guess.x, guess.y, guess.yaw};
@@ -246,7 +252,7 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         if (const auto* range = std::get_if<RangeObservation>(&heard)) {
             const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, range->receiver), shows_front_);
             const Eigen::Vector3d way = beacon_of(models, range->beacon) - ear;
-            return student(range->range - stated(guess, way.norm(), way.head<2>()), sigma);
+            return density_of(range->range, stated(guess, way.norm(), way.head<2>()), sigma);
         }
         if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
             const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, difference->receiver), shows_front_);
@@ -257,7 +263,7 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         const auto of = [&](int landmark) {
             const PredictedSighting exact = predict_sighting(robot, models.marks[static_cast<std::size_t>(landmark)].place);
             const Eigen::Vector2d way = models.marks[static_cast<std::size_t>(landmark)].place - Eigen::Vector2d(guess.x, guess.y);
-            double density = seen.range ? student(*seen.range - stated(guess, exact.range, way), sigma) : 1;
+            double density = seen.range ? density_of(*seen.range, stated(guess, exact.range, way), sigma) : 1;
             if (seen.bearing) density *= student(wrap_angle(*seen.bearing - exact.bearing), bearing_error * seen.bearing_sigma);
             return density;
         };

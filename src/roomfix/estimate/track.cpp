@@ -237,6 +237,7 @@ std::optional<double> sigma_of(const SlowState& slow, const Track& track, const 
             if (slow.component == of_all) return detected ? detector.range_common : receiver.bias_sigma;
             return detected ? detector.range_own : receiver.own_sigma;
         case SlowKind::range_wander:
+            if (slow.component == of_all) return detected ? detector.range_sway : receiver.sway_sigma;
             return detected ? detector.range_wander : receiver.wander_sigma;
         case SlowKind::range_scale:
             return detected ? detector.stretch.scale : receiver.stretch.scale;
@@ -245,7 +246,7 @@ std::optional<double> sigma_of(const SlowState& slow, const Track& track, const 
         case SlowKind::bearing_bias:
             return detector.bearing_common;
         case SlowKind::bearing_wander:
-            return detector.bearing_wander;
+            return detector.bearing_sway;
         default:
             return std::nullopt;
     }
@@ -435,7 +436,7 @@ void settle_doubt(Track& track, const Observation& o, const TrackingModels& mode
     }
     track.belief.hypotheses = relocated;
     track.relocated = track.time;
-    if (getenv("RFDEBUG")) fprintf(stderr, "relocated %.1f places %zu depth %d\n", to_seconds(track.time), found.places.size(), found.depth); // DEBUG
+    if (getenv("RFDEBUG")) fprintf(stderr, "relocated %.1f places %zu depth %d\n", to_seconds(track.time), found.places.size(), found.depth);  // DEBUG
 }
 
 /// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
@@ -451,7 +452,9 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     const StartPlaces found = track.cloud.places(models.settings.start_patience);
     if (found.places.empty()) return false;
     start(track, found.places, o.time, models);
-    if (getenv("RFDEBUG")) fprintf(stderr, "start %.1f places %zu depth %d error %.3f yaw %d\n", to_seconds(track.time), found.places.size(), found.depth, found.error, found.places[0].yaw_known); // DEBUG
+    if (getenv("RFDEBUG"))
+        fprintf(stderr, "start %.1f places %zu depth %d error %.3f yaw %d\n", to_seconds(track.time), found.places.size(), found.depth, found.error,
+                found.places[0].yaw_known);  // DEBUG
     track.noise.way = track.noise.turn = models.settings.unknown_wheels;
     track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = found.depth ? 1 : 0;
     doubt_wheels(track);
