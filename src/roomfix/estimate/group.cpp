@@ -102,16 +102,6 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
         fix.status = FixStatus::none;
         return fix;
     }
-    if (!track.cloud.empty()) {
-        const PlaceProposal about = track.cloud.moments();
-        fix.pose = {about.pose.x, about.pose.y, wrap_angle(about.pose.yaw)};
-        fix.covariance = about.covariance;
-        if (worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > models.site.lost) {
-            fix.reason = "its place has become doubtful: it must drive on";
-            fix.status = FixStatus::none;
-            return fix;
-        }
-    }
     fix.yaw_known = best.yaw_known();
     if (!fix.yaw_known) {
         // Ranges tell where the receiver is; the robot's middle is somewhere around it.

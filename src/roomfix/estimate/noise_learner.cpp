@@ -284,7 +284,6 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
                 end.belief.hypotheses.size());
     }
     end.born = origin_.born;
-    end.relocated = origin_.relocated;
     learned_ = until;
     learned_once_ = true;
     wait_ = std::min(2 * wait_, longest_wait);
@@ -298,7 +297,6 @@ void NoiseLearner::forget(std::size_t count, const TrackingModels& models) {
     Track later;
     evidence(noise_, count, models, &later);
     later.born = origin_.born;
-    later.relocated = origin_.relocated;
     later.noise = origin_.noise;
     origin_ = later;
     events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(count));

@@ -13,7 +13,7 @@ namespace roomfix {
 class NoiseLearner {
 public:
     /// Is it this track's, since it was started?
-    bool follows(const Track& track) const { return begun_ && origin_.born == track.born && origin_.relocated == track.relocated; }
+    bool follows(const Track& track) const { return begun_ && origin_.born == track.born && origin_.belief.placed() == track.belief.placed(); }
     void begin(const Track& track);
     void add(const Event& event);
     /// The time of the oldest odometry that is needed.

@@ -94,24 +94,6 @@ void StartCloud::look(int robot, const Heard& heard, const TrackingModels& model
     shows_front_ = sees_ || drives || models.receivers[static_cast<std::size_t>(robot)].size() > 1;
 }
 
-void StartCloud::begin(const std::vector<PlaceProposal>& places, double error, double distance, Nanoseconds time) {
-    begun_ = time_ = time;
-    used_ = least_used;
-    distance_ = distance;
-    guesses_.clear();
-    double sum = 0, passed = 0;
-    for (const PlaceProposal& place : places) sum += place.weight;
-    for (const PlaceProposal& place : places) {
-        const Eigen::LLT<Eigen::Matrix3d> root(place.covariance);
-        passed += place.weight / sum;
-        while (static_cast<double>(guesses_.size()) < passed * static_cast<double>(guess_count)) {
-            const Eigen::Vector3d off = root.matrixL() * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
-            guesses_.push_back({place.pose.x + off.x(), place.pose.y + off.y(), place.pose.yaw + off.z(), std::log(error) + 0.3 * random_.normal()});
-        }
-    }
-    guess_errors();
-}
-
 void StartCloud::guess_errors() {
     for (Guess& guess : guesses_) guess.depth = depth_.value_or(shows_front_ && random_.uniform() < depths);
     if (wheels_.learned) return;
@@ -119,24 +101,6 @@ void StartCloud::guess_errors() {
         guess.scale = scale_error * random_.normal();
         guess.turn_scale = scale_error * random_.normal();
     }
-}
-
-PlaceProposal StartCloud::moments() const {
-    double all = 0;
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const Guess& guess : guesses_) {
-        const double w = std::exp(guess.log_weight);
-        all += w;
-        sum += w * Eigen::Vector4d(guess.x, guess.y, std::cos(guess.yaw), std::sin(guess.yaw));
-    }
-    PlaceProposal mean{{sum.x() / all, sum.y() / all, std::atan2(sum.w(), sum.z())}, Eigen::Matrix3d::Zero()};
-    for (const Guess& guess : guesses_) {
-        const Eigen::Vector3d off(guess.x - mean.pose.x, guess.y - mean.pose.y, wrap_angle(guess.yaw - mean.pose.yaw));
-        mean.covariance += std::exp(guess.log_weight) / all * off * off.transpose();
-    }
-    mean.covariance.diagonal().array() += 1e-6;
-    mean.yaw_known = mean.covariance(2, 2) < front_known * front_known;
-    return mean;
 }
 
 /// All around what was heard first.

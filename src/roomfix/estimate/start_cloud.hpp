@@ -40,11 +40,6 @@ public:
     /// `wheels`: what is known of how the wheels err for good. `depth`: are ranges depths?
     StartCloud(const WheelErrors& wheels, bool depth) : wheels_(wheels), depth_(depth) {}
     bool empty() const { return guesses_.empty(); }
-    /// Around poses that are believed with some weight. `error`: m, of what will be heard; `distance`: m, to what is heard.
-    void begin(const std::vector<PlaceProposal>& places, double error, double distance, Nanoseconds time);
-    /// Mean and covariance of all guesses.
-    PlaceProposal moments() const;
-    double distance() const { return distance_; }
     /// In the order of times.
     void take(const Heard& heard, int robot, const TrackingModels& models);
     /// Where the robot may be by now, if that is clear enough to follow it from there: one place, or after `patience` (s) several, or one with an unknown

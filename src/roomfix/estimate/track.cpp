@@ -99,7 +99,7 @@ void add_places(Track& track, const std::vector<PlaceProposal>& places, double s
                 belief.covariance(state_yaw, state_yaw) = 0.25 * step * step;
             }
             if (old) keep_learned(belief, *old);
-            added.push_back({belief, std::log(place.weight / sum / turns)});
+            added.push_back({belief, std::log(place.weight / sum / turns), track.time});
         }
     }
     for (Hypothesis& h : added) {
@@ -404,48 +404,14 @@ double distance_of(const RangeObservation& o) { return o.range; }
 double distance_of(const RangeDifferenceObservation& o) { return std::abs(o.difference); }
 double distance_of(const SightingObservation& o) { return o.range.value_or(2); }
 
-double error_of(const RangeObservation& o, const SenseNoise& noise) { return std::hypot(noise.receiver.factor * o.sigma, noise.receiver.wander); }
-double error_of(const RangeDifferenceObservation& o, const SenseNoise& noise) { return noise.receiver.factor * o.sigma; }
-double error_of(const SightingObservation& o, const SenseNoise& noise) { return std::hypot(noise.detector.factor * o.range_sigma, noise.detector.wander); }
-
-/// Where place or front are known so badly that the filter's straight lines do not hold, a cloud takes over, until it has drawn together.
-template <class Observation>
-void settle_doubt(Track& track, const Observation& o, const TrackingModels& models) {
-    const Belief& best = track.belief.best();
-    const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
-    const bool vague = worst_sigma(best.covariance.topLeftCorner<2, 2>()) > widest_place(distance_of(o)) ||
-                       (drives && best.covariance(state_yaw, state_yaw) > widest_front * widest_front);
-    if (track.cloud.empty()) {
-        if (!vague) return;
-        std::vector<PlaceProposal> places;
-        for (const Hypothesis& h : track.belief.hypotheses) places.push_back({h.belief.pose(), h.belief.pose_covariance(), true, std::exp(h.log_weight)});
-        track.cloud = StartCloud(wheels_of(track), sees_depths(track));
-        track.cloud.begin(places, error_of(o, track.noise), distance_of(o), track.time);
-    }
-    track.cloud.take(o, track.robot, models);
-    const StartPlaces found = track.cloud.places(models.settings.start_patience);
-    if (found.places.empty()) return;
-    track.cloud = {};
-    const Belief there = start_belief(found.places.front(), track.robot, models);
-    if (!vague && found.places.size() == 1 && pose_distance(there, best) < 9) return;
-    std::vector<Hypothesis> relocated;
-    for (const PlaceProposal& place : found.places) {
-        Belief belief = start_belief(place, track.robot, models);
-        keep_learned(belief, best);
-        relocated.push_back({belief, std::log(place.weight)});
-    }
-    track.belief.hypotheses = relocated;
-    track.relocated = track.time;
-    if (getenv("RFDEBUG")) fprintf(stderr, "relocated %.1f places %zu depth %d\n", to_seconds(track.time), found.places.size(), found.depth);  // DEBUG
-}
-
 /// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
 template <class Observation>
 bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     if (track.alive()) {
         if (track.heard.size() >= kept_heard) track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(kept_heard / 2));
         track.heard.push_back(o);
-        if (found_by_senses(track)) settle_doubt(track, o, models);
+        const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
+        if (found_by_senses(track)) split_vague(track.belief, widest_place(distance_of(o)), drives ? widest_front : unknown_yaw_variance);
         return true;
     }
     track.cloud.take(o, track.robot, models);

@@ -47,13 +47,12 @@ struct Track {
     double presence = 1;              // part of the last frames of its cameras that showed it
     double budget = most_budget;      // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
-    SenseNoise noise;               // of its own senses, as learned
-    StartCloud cloud;               // where it may be, until it is found, and again while its place or its front is in doubt
-    bool seeks = true;              // such clouds are made
-    Nanoseconds relocated = never;  // when a cloud last put it elsewhere
-    std::vector<Heard> heard;       // lately by its receivers and its detector, once it is found
-    double agreement = 1;           // smoothed probability that what it hears is right
-    Nanoseconds searched = never;   // when its place was last sought from what it heard
+    SenseNoise noise;              // of its own senses, as learned
+    StartCloud cloud;              // where it may be, until it is found
+    bool seeks = true;             // it is sought anew where its senses contradict its place
+    std::vector<Heard> heard;      // lately by its receivers and its detector, once it is found
+    double agreement = 1;          // smoothed probability that what it hears is right
+    Nanoseconds searched = never;  // when its place was last sought from what it heard
 
     bool alive() const { return !belief.hypotheses.empty(); }
     /// Not seen for longer than it was seen: perhaps it never was there.
