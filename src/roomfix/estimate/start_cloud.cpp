@@ -11,6 +11,7 @@
 namespace roomfix {
 namespace {
 
+constexpr std::size_t first_guesses = 20000;  // until it is clear which of them matter
 constexpr std::size_t guess_count = 4000;
 constexpr double degrees_of_freedom = 4;  // of Student's t distribution, by which ranges err
 constexpr double largest_error = 60;      // times what is stated
@@ -31,7 +32,7 @@ constexpr double walk = 0.3, walk_turn = 0.5;
 constexpr double new_way = 0.1, new_turning = 0.3;
 constexpr double new_time = 0.5, new_time_on_wheels = 5;
 
-constexpr int least_used = 4;
+constexpr int least_used = 6;
 constexpr double near = 0.25;  // m: a place known that well is known well enough ...
 constexpr double bent = 0.12;  // ... or to that part of the distance to what was heard
 constexpr double front_known = widest_front;
@@ -108,7 +109,7 @@ void StartCloud::begin(const Heard& heard, const TrackingModels& models) {
     begun_ = time_ = time_of(heard);
     used_ = 1;
     (void)tells_something(heard);
-    guesses_.resize(guess_count);
+    guesses_.resize(first_guesses);
     std::vector<Eigen::Vector2d> around;
     double radius = 3;
     if (const auto* range = std::get_if<RangeObservation>(&heard)) {
@@ -262,15 +263,16 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
 void StartCloud::draw_again() {
     double sum = 0;
     for (const Guess& guess : guesses_) sum += std::exp(guess.log_weight);
-    const double step = sum / static_cast<double>(guesses_.size());
+    const std::size_t count = used_ < 2 * least_used ? guesses_.size() : guess_count;
+    const double step = sum / static_cast<double>(count);
     std::vector<Guess> drawn;
-    drawn.reserve(guesses_.size());
+    drawn.reserve(count);
     double next = step * random_.uniform(), passed = 0;
     for (const Guess& guess : guesses_) {
         passed += std::exp(guess.log_weight);
-        for (; next < passed && drawn.size() < guesses_.size(); next += step) drawn.push_back(guess);
+        for (; next < passed && drawn.size() < count; next += step) drawn.push_back(guess);
     }
-    while (drawn.size() < guesses_.size()) drawn.push_back(drawn.back());
+    while (drawn.size() < count) drawn.push_back(drawn.back());
     for (Guess& guess : drawn) {
         const double apart = 0.2 * std::exp(guess.log_error);
         guess.x += apart * random_.normal();
