@@ -163,7 +163,9 @@ TEST(SiteText, ReadsBackAsTheSameSite) {
 
 TEST(LoadSite, ReadsDriveOdometryAndTheRangesErrorsAndWritesThemAgain) {
     const std::string text =
-        with(with(good, "r1: {shape: box,", "r1: {drive: differential, odometry: {source: wheels.csv, scale_sigma: 0.03, drift_sigma: 0.002}, shape: box,"),
+        with(with(good, "r1: {shape: box,",
+                  "r1: {drive: differential, odometry: {source: wheels.csv, scale_sigma: 0.03, turn_scale_sigma: 0.04, drift_sigma: 0.002}, "
+                  "detector: {position: [0.1, 0, 0.2], position_sigma: 0.01, bearing_sigma: 0.02}, shape: box,"),
              "source: /dev/ttyUSB0", "source: /dev/ttyUSB0, bias_sigma: 0.5, scale_sigma: 0.01");
     const LoadedSite first = parse_site(text, "/somewhere");
     for (const auto& p : first.problems) EXPECT_FALSE(p.fatal) << p.message;
@@ -174,7 +176,12 @@ TEST(LoadSite, ReadsDriveOdometryAndTheRangesErrorsAndWritesThemAgain) {
         ASSERT_TRUE(robot.odometry);
         EXPECT_EQ(robot.odometry->source, "wheels.csv");
         EXPECT_EQ(robot.odometry->scale_sigma, 0.03);
+        EXPECT_EQ(robot.odometry->turn_scale_sigma, 0.04);
         EXPECT_EQ(robot.odometry->drift_sigma, 0.002);
+        ASSERT_TRUE(robot.detector);
+        EXPECT_EQ(robot.detector->position, Eigen::Vector3d(0.1, 0, 0.2));
+        EXPECT_EQ(robot.detector->position_sigma, Eigen::Vector3d::Constant(0.01));
+        EXPECT_EQ(robot.detector->bearing_sigma, 0.02);
         EXPECT_EQ(loaded.site.robots[2].receiver()->bias_sigma, 0.5);
         EXPECT_EQ(loaded.site.robots[2].receiver()->scale_sigma, 0.01);
     }

@@ -24,7 +24,7 @@ enum class SlowKind : std::uint8_t {
     range_scale,      // how much longer all ranges are than the way, as a part of it
     range_direction,  // part of the range: times cos(bearing) - 1 (`component` 0) or times sin(bearing) (1)
     bearing_bias,     // rad, of a detector's bearings to all landmarks alike
-    bearing_wander,   // rad, of those to one landmark, what changes with the place
+    bearing_wander,   // rad, likewise, what changes with the place
     receiver_place,   // m, along one of the robot's axes, which `component` is; `source` is the receiver
     time_offset,      // s, how much later than stated a camera's pictures were taken
     calibration,      // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations

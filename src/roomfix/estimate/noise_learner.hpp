@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "roomfix/estimate/noise_search.hpp"
 #include "roomfix/estimate/track.hpp"
 
 namespace roomfix {
@@ -17,7 +18,7 @@ public:
     void begin(const Track& track);
     void add(const Event& event);
     /// The time of the oldest odometry that is needed.
-    Nanoseconds reach() const { return begun_ ? origin_.time : never; }
+    Nanoseconds reach() const;
 
     /// Is it time to learn from all events up to `until`?
     bool due(Nanoseconds until) const;
@@ -25,7 +26,8 @@ public:
     Track learn(Nanoseconds until, const TrackingModels& models);
 
 private:
-    double evidence(const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const;
+    double evidence(const Track& origin, const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const;
+    std::vector<Track> rivals(std::size_t count, const TrackingModels& models) const;
     void forget(std::size_t count, const TrackingModels& models);
 
     bool begun_ = false;

@@ -1,6 +1,8 @@
 #include "roomfix/estimate/sighting_model.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -69,19 +71,25 @@ DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
     return source;
 }
 
-PredictedSighting predict_sighting(const Pose2& pose, const Eigen::Vector2d& mark) {
-    const Eigen::Vector2d way = mark - Eigen::Vector2d(pose.x, pose.y);
+PredictedSighting predict_sighting(const Pose2& pose, const Eigen::Vector2d& detector, const Eigen::Vector2d& mark) {
+    const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+    const Eigen::Vector2d arm(c * detector.x() - s * detector.y(), s * detector.x() + c * detector.y());
+    const Eigen::Vector2d way = mark - Eigen::Vector2d(pose.x, pose.y) - arm;
     const double range = std::max(way.norm(), 0.01);
     PredictedSighting predicted;
     predicted.range = range;
     predicted.bearing = wrap_angle(std::atan2(way.y(), way.x()) - pose.yaw);
-    predicted.range_by_pose = {-way.x() / range, -way.y() / range, 0};
-    predicted.bearing_by_pose = {way.y() / (range * range), -way.x() / (range * range), -1};
+    predicted.range_by_pose = {-way.x() / range, -way.y() / range, (way.x() * arm.y() - way.y() * arm.x()) / range};
+    predicted.bearing_by_pose = {way.y() / (range * range), -way.x() / (range * range), -1 - way.dot(arm) / (range * range)};
     return predicted;
 }
 
 void add_slow_states(Belief& belief, const SightingObservation& seen, int landmark, const DetectorSource& source) {
     const double forget = 1 / source.bias_memory;
+    for (int axis = 0; axis < 2; ++axis) {
+        const double sigma = source.position_sigma[axis];
+        if (sigma > 0) ensure_slow(belief, {SlowKind::receiver_place, of_detector, axis, sigma * sigma});
+    }
     const auto add = [&](SlowKind kind, int component, double sigma, double per_second, double per_metre) {
         if (sigma > 0) ensure_slow(belief, {kind, of_detector, component, sigma * sigma, per_second, per_metre});
     };
@@ -99,7 +107,14 @@ void add_slow_states(Belief& belief, const SightingObservation& seen, int landma
 }
 
 Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation& seen, int landmark, const Mark& mark, const DetectorSource& source) {
-    const PredictedSighting exact = predict_sighting(belief.pose(), mark.place);
+    std::array<std::optional<int>, 2> places;
+    Eigen::Vector2d detector = source.position;
+    for (int axis = 0; axis < 2; ++axis) {
+        auto& place = places[static_cast<std::size_t>(axis)];
+        if (source.position_sigma[axis] > 0) place = find_slow(belief, SlowKind::receiver_place, of_detector, axis);
+        if (place) detector[axis] += belief.mean[*place];
+    }
+    const PredictedSighting exact = predict_sighting(belief.pose(), detector, mark.place);
     Linearised<2> l;
     const StretchedRange stated = stretched(belief, of_detector, source.stretch, exact.range, exact.bearing);
     for (int i = 0; i < 3; ++i) {
@@ -133,6 +148,19 @@ Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation
         depends(SlowKind::bearing_bias, 0, source.bearing_common, 1);
         depends(SlowKind::bearing_wander, all_landmarks, source.bearing_sway, 1);
         l.residual[1] = wrap_angle(l.residual[1]);
+    }
+    const Eigen::Rotation2Dd turn(belief.mean[state_yaw]);
+    for (int axis = 0; axis < 2; ++axis) {
+        // Along its axis the detector moves as the robot would.
+        const Eigen::Vector2d along = turn * Eigen::Vector2d(Eigen::Vector2d::Unit(axis));
+        const double bearing = exact.bearing_by_pose.head<2>().dot(along);
+        const double range = stated.by_range * exact.range_by_pose.head<2>().dot(along) + stated.by_bearing * bearing;
+        const Column by_place(seen.range ? range : 0, seen.bearing ? bearing : 0);
+        if (const auto& where = places[static_cast<std::size_t>(axis)]) {
+            l.depends(*where, by_place);
+        } else {
+            l.noise += std::pow(source.position_sigma[axis], 2) * by_place * by_place.transpose();
+        }
     }
     return l;
 }

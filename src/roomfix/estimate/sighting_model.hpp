@@ -20,16 +20,17 @@ constexpr int of_detector = 1000;  // as the source of a slow state, in place of
 
 /// How one robot's detector errs. Zero: there is no such error.
 struct DetectorSource {
-    double range_factor = 1, bearing_factor = 1;  // times the stated sigmas
-    double range_common = 0, bearing_common = 0;  // m, rad: what all sightings have in common
-    double range_own = 0;                         // m: what those of one landmark have in common
-    double range_wander = 0;                      // m: what those of one landmark have in common and what changes with the place
-    double range_sway = 0, bearing_sway = 0;      // m, rad: what all have in common and what changes with the place
-    StretchErrors stretch;                        // parts of the range
-    double wander_way = 1;                        // m: over that way what depends on the place is another
-    double bias_memory = 600;                     // s: over that time the rest changes
-    LateModel late{.share = 0.02};                // of ranges that are far too long or short
-    double misread = 0.02;                        // part of the names that are wrong
+    Eigen::Vector2d position = Eigen::Vector2d::Zero(), position_sigma = Eigen::Vector2d::Zero();  // m, on the robot
+    double range_factor = 1, bearing_factor = 1;                                                   // times the stated sigmas
+    double range_common = 0, bearing_common = 0;                                                   // m, rad: what all sightings have in common
+    double range_own = 0;                                                                          // m: what those of one landmark have in common
+    double range_wander = 0;                  // m: what those of one landmark have in common and what changes with the place
+    double range_sway = 0, bearing_sway = 0;  // m, rad: what all have in common and what changes with the place
+    StretchErrors stretch;                    // parts of the range
+    double wander_way = 1;                    // m: over that way what depends on the place is another
+    double bias_memory = 600;                 // s: over that time the rest changes
+    LateModel late{.share = 0.02};            // of ranges that are far too long or short
+    double misread = 0.02;                    // part of the names that are wrong
 };
 DetectorSource learned(DetectorSource source, const SenseNoise& noise);
 
@@ -38,7 +39,8 @@ struct PredictedSighting {
     double range = 0, bearing = 0;
     Eigen::Vector3d range_by_pose = Eigen::Vector3d::Zero(), bearing_by_pose = Eigen::Vector3d::Zero();
 };
-PredictedSighting predict_sighting(const Pose2& pose, const Eigen::Vector2d& mark);
+/// `detector`: m, its place on the robot.
+PredictedSighting predict_sighting(const Pose2& pose, const Eigen::Vector2d& detector, const Eigen::Vector2d& mark);
 
 /// Prepares the slow states of a landmark's sightings.
 void add_slow_states(Belief& belief, const SightingObservation& seen, int landmark, const DetectorSource& source);

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -226,7 +227,7 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         }
         const auto& seen = std::get<SightingObservation>(heard);
         const auto of = [&](int landmark) {
-            const PredictedSighting exact = predict_sighting(robot, models.marks[static_cast<std::size_t>(landmark)].place);
+            const PredictedSighting exact = predict_sighting(robot, Eigen::Vector2d::Zero(), models.marks[static_cast<std::size_t>(landmark)].place);
             const Eigen::Vector2d way = models.marks[static_cast<std::size_t>(landmark)].place - Eigen::Vector2d(guess.x, guess.y);
             double density = seen.range ? density_of(*seen.range, stated(guess, exact.range, way), sigma) : 1;
             if (seen.bearing) density *= student(wrap_angle(*seen.bearing - exact.bearing), bearing_error * seen.bearing_sigma);
@@ -286,6 +287,40 @@ void StartCloud::draw_again() {
         guess.log_weight = 0;
     }
     guesses_ = std::move(drawn);
+}
+
+void StartCloud::mark() {
+    for (Guess& guess : guesses_) guess.marked = {guess.x, guess.y, guess.yaw};
+}
+
+std::vector<PlaceProposal> StartCloud::marked() const {
+    constexpr std::size_t most = 2;
+    // Guesses with the same past count as one.
+    std::map<std::array<double, 3>, double> pasts;
+    double all = 0;
+    for (const Guess& guess : guesses_) {
+        const double weight = std::exp(guess.log_weight);
+        pasts[{guess.marked.x, guess.marked.y, guess.marked.yaw}] += weight;
+        all += weight;
+    }
+    const double reach = 0.5 * widest_place(distance_);
+    std::vector<PlaceProposal> places;
+    while (!pasts.empty() && places.size() < most) {
+        const auto heaviest = std::max_element(pasts.begin(), pasts.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+        PlaceProposal place{{heaviest[0], heaviest[1], heaviest[2]},
+                            Eigen::Vector3d(reach * reach, reach * reach, 0.25 * front_known * front_known).asDiagonal()};
+        place.weight = 0;
+        for (auto past = pasts.begin(); past != pasts.end();) {
+            const auto& at = past->first;
+            const bool near_it =
+                std::hypot(at[0] - heaviest[0], at[1] - heaviest[1]) < 2 * reach && std::abs(wrap_angle(at[2] - heaviest[2])) < 2 * front_known;
+            place.weight += near_it ? past->second / all : 0;
+            past = near_it ? pasts.erase(past) : std::next(past);
+        }
+        if (place.weight < least_share) break;
+        places.push_back(place);
+    }
+    return places;
 }
 
 StartPlaces StartCloud::places(double patience) const {

@@ -38,7 +38,7 @@ class StartCloud {
 public:
     StartCloud() = default;
     /// `wheels`: what is known of how the wheels err for good. `depth`: are ranges depths?
-    StartCloud(const WheelErrors& wheels, bool depth) : wheels_(wheels), depth_(depth) {}
+    StartCloud(const WheelErrors& wheels, bool depth, std::uint64_t seed = 1) : wheels_(wheels), depth_(depth), random_(seed) {}
     bool empty() const { return guesses_.empty(); }
     /// In the order of times.
     void take(const Heard& heard, int robot, const TrackingModels& models);
@@ -46,11 +46,17 @@ public:
     /// front.
     StartPlaces places(double patience) const;
 
+    /// Remembers where each guess is, for `marked`.
+    void mark();
+    /// Where the robot was when it was marked, by all that was heard since, the likeliest first.
+    std::vector<PlaceProposal> marked() const;
+
 private:
     struct Guess {
         double x = 0, y = 0, yaw = 0;  // m, rad
         double log_error = 0;          // of m
         double log_weight = 0;
+        Pose2 marked;
         double scale = 0, turn_scale = 0;  // of the wheels, beyond what is known
         bool depth = false;                // ranges are depths
     };

@@ -25,6 +25,7 @@ constexpr double memory_of_agreement = 20;  // observations
 constexpr double disagreement = 0.25;       // mean probability of being right: less, and its place is sought anew
 constexpr std::size_t enough_heard = 20;
 constexpr std::size_t kept_heard = 60;
+constexpr std::size_t kept_before_start = 400;
 
 Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
     const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
@@ -379,7 +380,11 @@ WheelErrors wheels_of(const Track& track) {
 
 bool sees_depths(const Track& track) { return track.noise.receiver.stretch.depth > 0 || track.noise.detector.stretch.depth > 0; }
 
-/// Nobody vouches for its wheels: both scales may be off a lot.
+void doubt_wheels(OdometryPrior& wheels) {
+    wheels.scale_sigma = std::max(wheels.scale_sigma, unknown_scale);
+    wheels.turn_scale_sigma = std::max(wheels.turn_scale_sigma, unknown_scale);
+}
+
 void doubt_wheels(Track& track) {
     for (Hypothesis& h : track.belief.hypotheses) {
         for (const int state : {state_scale, state_turn_scale}) {
@@ -387,6 +392,14 @@ void doubt_wheels(Track& track) {
             variance = std::max(variance, unknown_scale * unknown_scale);
         }
     }
+}
+
+Track started_elsewhere(const Track& track, const PlaceProposal& place, bool depth, const TrackingModels& models) {
+    Track other = track;
+    start(other, {place}, track.time, models);
+    other.noise.receiver.stretch.depth = other.noise.detector.stretch.depth = depth ? 1 : 0;
+    doubt_wheels(other);
+    return other;
 }
 
 /// Its senses contradict where it should be: perhaps they put it elsewhere.
@@ -407,9 +420,10 @@ double distance_of(const SightingObservation& o) { return o.range.value_or(2); }
 /// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
 template <class Observation>
 bool hear(Track& track, const Observation& o, const TrackingModels& models) {
+    const std::size_t most = track.alive() ? kept_heard : kept_before_start;
+    if (track.heard.size() >= most) track.heard.erase(track.heard.begin(), track.heard.end() - static_cast<std::ptrdiff_t>(most / 2));
+    track.heard.push_back(o);
     if (track.alive()) {
-        if (track.heard.size() >= kept_heard) track.heard.erase(track.heard.begin(), track.heard.begin() + static_cast<std::ptrdiff_t>(kept_heard / 2));
-        track.heard.push_back(o);
         const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
         if (found_by_senses(track)) split_vague(track.belief, widest_place(distance_of(o)), drives ? widest_front : unknown_yaw_variance);
         return true;

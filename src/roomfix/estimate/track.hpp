@@ -65,6 +65,12 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models);
 /// Starts a track, or starts it anew, at one of several places.
 void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models);
 
+/// Nobody vouches for the wheels of a robot that its own senses found: both scales may be off a lot.
+void doubt_wheels(OdometryPrior& wheels);
+
+/// The track as it would be had its senses put it elsewhere when it was started. `depth`: its ranges are depths.
+Track started_elsewhere(const Track& track, const PlaceProposal& place, bool depth, const TrackingModels& models);
+
 /// The places that a sighting allows: all poses that look alike.
 void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places);
 std::vector<PlaceProposal> places_of(const PoseObservation& observation);

@@ -131,7 +131,9 @@ TrackingModels Tracker::learned_models() const {
     TrackingModels models = models_;
     for (const Buffer& buffer : buffers_) {
         for (const Track& track : buffer.newest().accounts.front().tracks) {
-            if (track.named) models.learn(track.robot, track.noise);
+            if (!track.named) continue;
+            models.learn(track.robot, track.noise);
+            if (track.searched != never) doubt_wheels(models.odometry[static_cast<std::size_t>(track.robot)]);
         }
     }
     return models;

@@ -41,9 +41,14 @@ void read_receivers(YamlReader& reader, const YAML::Node& node, const std::strin
     }
 }
 
-Detector read_detector(YamlReader& reader, const YAML::Node& node, const std::string& what) {
-    Detector detector;
-    if (!reader.map(node, what, {"source", "range_sigma", "bearing_sigma"})) return detector;
+Detector read_detector(YamlReader& reader, const YAML::Node& node, const std::string& what, const SiteRobot& robot) {
+    Detector detector = detector_somewhere_on(robot);
+    if (!reader.map(node, what, {"position", "position_sigma", "source", "range_sigma", "bearing_sigma"})) return detector;
+    if (const auto position = node["position"].IsDefined() ? reader.point3(node["position"], what + ".position") : std::nullopt) {
+        detector.position = *position;
+        detector.position_sigma.setZero();
+    }
+    if (const auto sigma = reader.number(node["position_sigma"], what + ".position_sigma", 0, 10)) detector.position_sigma.setConstant(*sigma);
     detector.source = reader.text(node["source"], what + ".source").value_or("");
     detector.range_sigma = reader.number(node["range_sigma"], what + ".range_sigma", 1e-5, 100).value_or(detector.range_sigma);
     detector.bearing_sigma = reader.number(node["bearing_sigma"], what + ".bearing_sigma", 1e-6, 3).value_or(detector.bearing_sigma);
@@ -93,7 +98,7 @@ void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& nod
     }
     if (node["odometry"].IsDefined()) robot.odometry = read_odometry(reader, node["odometry"], what + ".odometry");
     read_receivers(reader, node, what, robot);
-    if (node["detector"].IsDefined()) robot.detector = read_detector(reader, node["detector"], what + ".detector");
+    if (node["detector"].IsDefined()) robot.detector = read_detector(reader, node["detector"], what + ".detector", robot);
     if (node["tag"].IsDefined()) read_robot_tag(reader, node["tag"], what + ".tag", robot);
     for (const char* single : {"odometry", "receiver", "receivers", "detector", "tag"}) {
         if (robot.many && node[single].IsDefined()) {
