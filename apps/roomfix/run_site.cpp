@@ -61,7 +61,12 @@ int run_site(const Site& site, const RunOptions& options) {
         say(fmt::format("the map is at http://{}:{}", web.host, room.page_port()));
     }
     if (auto ran = room.run_sources(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
-    if (options.smooth) room.write_smoothed(*options.smooth, progress_bar("smoothing"));
+    if (options.smooth) {
+        for (const Unsettled& part : room.write_smoothed(*options.smooth, progress_bar("smoothing"))) {
+            say(fmt::format("{}: smoothing did not settle between {:.1f} s and {:.1f} s: the fixes of that time are the tracker's", part.robot,
+                            to_seconds(part.from), to_seconds(part.to)));
+        }
+    }
     for (const SourceState& state : room.source_states()) {
         const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
         say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,

@@ -10,8 +10,9 @@ constexpr double first_wait = 8;      // s until it is learned for the first tim
 constexpr double longest_wait = 256;  // s
 constexpr std::size_t least_events = 40;
 constexpr std::size_t most_events = 3000;
-constexpr double doubted = 130;       // s: so long after the start it is asked whether it was elsewhere
-constexpr double promising = 10;      // nats that a rival may be behind before its own noise is sought
+constexpr double doubted = 600;  // s: so long after the start it is asked whether it was elsewhere
+// Nats that a rival may be behind before its own noise is sought.
+constexpr double least_promise = 10, promise_per_event = 0.5;
 constexpr double clearly_better = 3;  // nats
 
 SensedKinds kinds_of(const std::vector<Event>& events, int robot, const TrackingModels& models) {
@@ -120,46 +121,49 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     const NoiseSearch::Evidence evidence_here = [&](const SenseNoise& noise) { return evidence(origin_, noise, count, models, nullptr); };
     const NoiseSearch search(kinds, before_, evidence_here);
     NoiseSearch::Result found = search.best(origin_.noise);
-    if (to_seconds(until - origin_.time) < doubted && origin_.born == origin_.belief.placed()) {
-        for (const Track& rival : rivals(count, models)) {
-            const NoiseSearch::Evidence evidence_there = [&](const SenseNoise& noise) { return evidence(rival, noise, count, models, nullptr); };
-            const NoiseSearch other(kinds, before_, evidence_there);
-            NoiseSearch::Result best{rival.noise, other.log_density(rival.noise)};
-            SenseNoise like_ours = found.noise;
-            like_ours.receiver.stretch.depth = rival.noise.receiver.stretch.depth;
-            like_ours.detector.stretch.depth = rival.noise.detector.stretch.depth;
-            if (const double density = other.log_density(like_ours); density > best.log_density) best = {like_ours, density};
-            if (best.log_density < found.log_density - promising) continue;
-            best = other.best(best.noise);
-            if (best.log_density < found.log_density + clearly_better) continue;
-            found = best;
-            origin_ = rival;
-        }
-    }
+    if (to_seconds(until - origin_.time) < doubted && origin_.born == origin_.belief.placed()) compare_rivals(found, kinds, count, models);
     origin_.noise = found.noise;  // where the next search starts
     Track end;
     evidence(origin_, search.widened(found), count, models, &end);
-    if (getenv("RFDEBUG")) {  // DEBUG
-        const auto& b = end.belief.best();
-        const auto pr = [](const RangeErrors& e) {
-            fprintf(stderr, "| f %.2f c %.3f o %.3f w %.3f y %.3f s %.3f D %.0f dir %.3f g %.4f ", e.factor, e.common, e.own, e.wander, e.sway, e.stretch.scale,
-                    e.stretch.depth, e.stretch.direction, e.stretch.growth);
-        };
-        fprintf(stderr, "learn n %zu t %.1f (%.0f) best %.1f way %.2f turn %.2f delay %.2f ", count, to_seconds(until - origin_.time), to_seconds(until), found.log_density,
-                found.noise.way, found.noise.turn, found.noise.delay);
-        pr(found.noise.receiver);
-        pr(found.noise.detector);
-        fprintf(stderr, "| b %.2f w %.4f c %.4f | scale %.3f+-%.3f turn %.3f+-%.3f drift %.4f+-%.4f hyp %zu\n", found.noise.bearing, found.noise.bearing_sway,
-                found.noise.bearing_common, b.mean[state_scale], std::sqrt(b.covariance(state_scale, state_scale)), b.mean[state_turn_scale],
-                std::sqrt(b.covariance(state_turn_scale, state_turn_scale)), b.mean[state_drift], std::sqrt(b.covariance(state_drift, state_drift)),
-                end.belief.hypotheses.size());
-    }
     learned_ = until;
     learned_once_ = true;
     wait_ = std::min(2 * wait_, longest_wait);
     noise_ = found.noise;
     if (count > most_events) forget(count - most_events / 2, models);
     return end;
+}
+
+/// Was the start elsewhere? Then the origin becomes another one, and `found` its noise. The most promising rivals get a noise of their own.
+void NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count, const TrackingModels& models) {
+    constexpr std::size_t tried = 2;
+    struct Rival {
+        Track track;
+        NoiseSearch::Result result;
+    };
+    const auto search_from = [&](const Track& track, const auto& use) {
+        const NoiseSearch::Evidence evidence_there = [&](const SenseNoise& noise) { return evidence(track, noise, count, models, nullptr); };
+        use(NoiseSearch(kinds, before_, evidence_there));
+    };
+    std::vector<Rival> all;
+    for (const Track& track : rivals(count, models)) {
+        search_from(track, [&](const NoiseSearch& search) {
+            SenseNoise like_ours = found.noise;
+            like_ours.receiver.stretch.depth = track.noise.receiver.stretch.depth;
+            like_ours.detector.stretch.depth = track.noise.detector.stretch.depth;
+            for (const SenseNoise& noise : {track.noise, like_ours}) all.push_back({track, {noise, search.log_density(noise)}});
+        });
+    }
+    std::stable_sort(all.begin(), all.end(), [](const Rival& a, const Rival& b) { return a.result.log_density > b.result.log_density; });
+    const double promising = least_promise + promise_per_event * static_cast<double>(count);
+    for (std::size_t i = 0; i < std::min(all.size(), tried); ++i) {
+        if (all[i].result.log_density < found.log_density - promising) break;
+        search_from(all[i].track, [&](const NoiseSearch& search) {
+            const NoiseSearch::Result best = search.best(all[i].result.noise);
+            if (best.log_density < found.log_density + clearly_better) return;
+            found = best;
+            origin_ = all[i].track;
+        });
+    }
 }
 
 /// The track as it would be had it started elsewhere: where the robot may have been then, by all that was sensed until now.

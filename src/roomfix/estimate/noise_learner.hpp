@@ -27,6 +27,7 @@ public:
 
 private:
     double evidence(const Track& origin, const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const;
+    void compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count, const TrackingModels& models);
     std::vector<Track> rivals(std::size_t count, const TrackingModels& models) const;
     void forget(std::size_t count, const TrackingModels& models);
 

@@ -20,7 +20,7 @@ struct Unknown {
     double usual = 1;         // its logarithm is normally distributed around that of this ...
     double spread = 1.5;      // ... with this standard deviation; 0: anything alike
     double least = 0.05, most = 50;
-    bool known = false;  // there was such an error when it was learned before
+    bool known = false;  // there is such an error, as far as anything is known beforehand
 
     double log_prior() const {
         if (from_nothing > 0 && *value == 0) return known ? -cost_of_an_error : 0;
@@ -29,20 +29,15 @@ struct Unknown {
     }
 };
 
-void add_ranges(RangeErrors& errors, double sigma, std::vector<Unknown>& unknowns) {
+/// `sways`: nobody measures so well that nothing changes with the place; what all ranges have in common does so (a detector), or those to each beacon.
+void add_ranges(RangeErrors& errors, double sigma, bool sways, std::vector<Unknown>& unknowns) {
     const double now = errors.factor * sigma;
-    unknowns.push_back({&errors.factor});
-    unknowns.push_back({&errors.wander, now});
-    unknowns.push_back({&errors.sway, now});
-    unknowns.push_back({&errors.own, now});
-    unknowns.push_back({&errors.common, 2 * now});
-    for (std::size_t i = unknowns.size() - 4; i < unknowns.size(); ++i) {
-        unknowns[i].usual = sigma;
-        unknowns[i].spread = 1;
-        unknowns[i].least = 0.05 * sigma;
-        unknowns[i].most = 1000 * sigma;
-    }
-    unknowns[unknowns.size() - 5].most = 1000;
+    const double least = 0.05 * sigma, most = 1000 * sigma;
+    unknowns.push_back({.value = &errors.factor, .most = 1000});
+    unknowns.push_back({&errors.wander, now, sigma, 1, least, most, !sways});
+    unknowns.push_back({&errors.sway, now, sigma, 1, least, most, sways});
+    unknowns.push_back({&errors.own, now, sigma, 1, least, most});
+    unknowns.push_back({&errors.common, 2 * now, sigma, 1, least, most});
     unknowns.push_back({&errors.stretch.scale, 0.03, 0.02, 0.7, 0.002, 0.3});
     unknowns.push_back({&errors.stretch.direction, 0.05, 0.05, 0.7, 0.005, 0.5});
     unknowns.push_back({&errors.stretch.growth, 0.01, 0.01, 0.7, 0.001, 0.2});
@@ -54,11 +49,11 @@ std::vector<Unknown> unknowns_of(SenseNoise& noise, const SensedKinds& kinds) {
         unknowns.push_back({&noise.way, 0, usual_wheels, spread_of_wheels});
         unknowns.push_back({&noise.turn, 0, usual_wheels, spread_of_wheels});
     }
-    if (kinds.ranges) add_ranges(noise.receiver, kinds.range_sigma, unknowns);
-    if (kinds.sighted_ranges) add_ranges(noise.detector, kinds.sighted_sigma, unknowns);
+    if (kinds.ranges) add_ranges(noise.receiver, kinds.range_sigma, false, unknowns);
+    if (kinds.sighted_ranges) add_ranges(noise.detector, kinds.sighted_sigma, true, unknowns);
     if (kinds.bearings) {
         unknowns.push_back({&noise.bearing});
-        unknowns.push_back({&noise.bearing_sway, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
+        unknowns.push_back({&noise.bearing_sway, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5, true});
         unknowns.push_back({&noise.bearing_common, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
     }
     return unknowns;

@@ -432,15 +432,15 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     const StartPlaces found = track.cloud.places(models.settings.start_patience);
     if (found.places.empty()) return false;
     start(track, found.places, o.time, models);
-    if (getenv("RFDEBUG"))
-        fprintf(stderr, "start %.1f places %zu depth %d error %.3f yaw %d\n", to_seconds(track.time), found.places.size(), found.depth, found.error,
-                found.places[0].yaw_known);  // DEBUG
     track.noise.way = track.noise.turn = models.settings.unknown_wheels;
     track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = found.depth ? 1 : 0;
     doubt_wheels(track);
     if constexpr (std::is_same_v<Observation, SightingObservation>) {
         if (o.range) expect_errors(track.noise.detector, found.error, o.range_sigma);
+        if (o.range) track.noise.detector.sway = o.range_sigma;
+        if (o.bearing) track.noise.bearing_sway = o.bearing_sigma;
     } else {
+        track.noise.receiver.wander = o.sigma;
         expect_errors(track.noise.receiver, found.error, o.sigma);
     }
     track.agreement = 1;

@@ -25,7 +25,7 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
             source.bias_memory = settings.range_bias_memory;
             source.wander_way = settings.wander_way;
         }
-        const Detector detector = robot.detector.value_or(detector_somewhere_on(robot));
+        const Detector detector = robot.detector.value_or(Detector{});
         detectors.emplace_back().wander_way = settings.wander_way;
         detectors.back().position = detector.position.head<2>();
         detectors.back().position_sigma = detector.position_sigma.head<2>();

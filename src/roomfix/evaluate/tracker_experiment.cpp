@@ -116,7 +116,7 @@ private:
 
     /// In the samples, what is known now of those moments.
     void take_smoothed() {
-        const auto fixes = smooth(tracker_, fixes_);
+        const auto fixes = smooth(tracker_, fixes_).fixes;
         for (TrackerSample& s : samples_) {
             const auto fix = std::find_if(fixes.begin(), fixes.end(), [&](const Fix& f) { return f.time == from_seconds(s.time); });
             if (fix != fixes.end()) s.take(*fix);

@@ -73,10 +73,12 @@ void SiteRunner::keep_for_smoothing() {
     tracker_.keep_history();
 }
 
-void SiteRunner::write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress) {
+std::vector<Unsettled> SiteRunner::write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress) {
     const std::lock_guard lock(mutex_);
-    output_.give(smooth(tracker_, kept_, settings, progress));
+    const Smoothed smoothed = smooth(tracker_, kept_, settings, progress);
+    output_.give(smoothed.fixes);
     kept_.clear();
+    return smoothed.unsettled;
 }
 
 std::vector<SiteCalibration> SiteRunner::calibrate(const std::function<void(double)>& progress) const {

@@ -61,7 +61,8 @@ public:
     Result<void> write_fixes_to(const std::string& file) { return output_.open(file); }
     /// Fixes are kept back, to be smoothed and written by `write_smoothed`; the tracker keeps its history.
     void keep_for_smoothing();
-    void write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress = {});
+    /// Where smoothing did not settle the tracker's fixes are written.
+    std::vector<Unsettled> write_smoothed(const SmootherSettings& settings, const std::function<void(double)>& progress = {});
     /// After keep_for_smoothing() and running: the cameras as the robots' ways through all of them calibrate them.
     std::vector<SiteCalibration> calibrate(const std::function<void(double)>& progress = {}) const;
     /// Serves the page from now on.

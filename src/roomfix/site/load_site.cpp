@@ -196,7 +196,7 @@ Result<Site> load_session(const std::filesystem::path& session) {
             if (robot.receivers.front().source.empty()) robot.receivers.front().source = "ranges.csv";
         }
         if (!robot.many && speaks_of(detecting, robot)) {
-            if (!robot.detector) robot.detector = detector_somewhere_on(robot);
+            if (!robot.detector) robot.detector.emplace();
             if (robot.detector->source.empty()) robot.detector->source = "sightings.csv";
         }
     }

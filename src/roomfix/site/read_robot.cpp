@@ -41,12 +41,11 @@ void read_receivers(YamlReader& reader, const YAML::Node& node, const std::strin
     }
 }
 
-Detector read_detector(YamlReader& reader, const YAML::Node& node, const std::string& what, const SiteRobot& robot) {
-    Detector detector = detector_somewhere_on(robot);
+Detector read_detector(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    Detector detector;
     if (!reader.map(node, what, {"position", "position_sigma", "source", "range_sigma", "bearing_sigma"})) return detector;
     if (const auto position = node["position"].IsDefined() ? reader.point3(node["position"], what + ".position") : std::nullopt) {
         detector.position = *position;
-        detector.position_sigma.setZero();
     }
     if (const auto sigma = reader.number(node["position_sigma"], what + ".position_sigma", 0, 10)) detector.position_sigma.setConstant(*sigma);
     detector.source = reader.text(node["source"], what + ".source").value_or("");
@@ -98,7 +97,7 @@ void read_robot(YamlReader& reader, const std::string& id, const YAML::Node& nod
     }
     if (node["odometry"].IsDefined()) robot.odometry = read_odometry(reader, node["odometry"], what + ".odometry");
     read_receivers(reader, node, what, robot);
-    if (node["detector"].IsDefined()) robot.detector = read_detector(reader, node["detector"], what + ".detector", robot);
+    if (node["detector"].IsDefined()) robot.detector = read_detector(reader, node["detector"], what + ".detector");
     if (node["tag"].IsDefined()) read_robot_tag(reader, node["tag"], what + ".tag", robot);
     for (const char* single : {"odometry", "receiver", "receivers", "detector", "tag"}) {
         if (robot.many && node[single].IsDefined()) {

@@ -101,14 +101,6 @@ Receiver somewhere_on(const SiteRobot& robot) {
     return receiver;
 }
 
-Detector detector_somewhere_on(const SiteRobot& robot) {
-    Detector detector;
-    const Receiver anywhere = somewhere_on(robot);
-    detector.position = anywhere.position;
-    detector.position_sigma = anywhere.position_sigma;
-    return detector;
-}
-
 std::optional<int> SiteRobot::receiver_index(const std::string& name) const {
     for (std::size_t i = 0; i < receivers.size(); ++i) {
         if (name.empty() || receivers[i].id == name) return static_cast<int>(i);

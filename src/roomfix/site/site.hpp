@@ -97,7 +97,7 @@ struct Receiver {
 
 /// A robot's own detector of landmarks: how far away they are and in which direction, as seen from the robot's origin.
 struct Detector {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();        // m, robot frame
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();        // m, robot frame: from where ranges and bearings are
     Eigen::Vector3d position_sigma = Eigen::Vector3d::Zero();  // m, along each axis
     std::string source;                                        // as written: a file; empty: none
     double range_sigma = 0.05;                                 // m, of ranges that do not state their own, level with the floor
@@ -243,7 +243,6 @@ bool wall_between(const std::vector<Polyline>& walls, const Eigen::Vector2d& a, 
 
 /// A receiver of which nobody said where it is: anywhere within the robot's box alike.
 Receiver somewhere_on(const SiteRobot& robot);
-Detector detector_somewhere_on(const SiteRobot& robot);
 
 /// Can the two not be told apart from afar, by shape and size, or by the bodies that their parts and models make?
 bool look_alike(const SiteRobot& a, const SiteRobot& b);

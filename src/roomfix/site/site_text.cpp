@@ -105,12 +105,10 @@ std::string receiver_text(const Receiver& receiver, const SiteRobot& robot) {
     return "{" + text + "}";
 }
 
-std::string detector_text(const Detector& detector, const SiteRobot& robot) {
+std::string detector_text(const Detector& detector) {
     std::string text = fmt::format("range_sigma: {}, bearing_sigma: {}", number_text(detector.range_sigma), number_text(detector.bearing_sigma));
-    const Detector anywhere = detector_somewhere_on(robot);
-    const bool known = detector.position != anywhere.position || detector.position_sigma != anywhere.position_sigma;
-    if (known) text += ", position: " + list_text(detector.position);
-    if (known && detector.position_sigma.x() > 0) text += ", position_sigma: " + number_text(detector.position_sigma.x());
+    if (!detector.position.isZero(0)) text += ", position: " + list_text(detector.position);
+    if (detector.position_sigma.x() > 0) text += ", position_sigma: " + number_text(detector.position_sigma.x());
     if (!detector.source.empty()) text += ", source: " + detector.source;
     return "{" + text + "}";
 }
@@ -131,7 +129,7 @@ std::string robot_text(const SiteRobot& robot) {
         for (const Receiver& r : robot.receivers) text += fmt::format("{}{}: {}", &r == robot.receivers.data() ? "" : ", ", r.id, receiver_text(r, robot));
         text += "}";
     }
-    if (robot.detector) text += ",\n     detector: " + detector_text(*robot.detector, robot);
+    if (robot.detector) text += ",\n     detector: " + detector_text(*robot.detector);
     if (robot.tag) {
         text += fmt::format(",\n     tag: {{id: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, number_text(robot.tag->size),
                             list_text(robot.robot_from_tag.translation()), number_text(yaw_of(robot.robot_from_tag.linear().col(1))));

@@ -8,6 +8,8 @@
 namespace roomfix {
 namespace {
 
+constexpr double most_known_worse = 0.1;  // part of the fixes
+
 /// The fix as the smoothed trajectory has it.
 void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task) {
     const Trajectory& way = stretch.trajectory;
@@ -23,7 +25,7 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
     const double swing = std::pow(part * (1 - part) * way.seconds_after(k), 3) / 3;
     covariance.diagonal() += swing * Eigen::Vector3d(motion.acceleration, motion.acceleration, motion.turning).cwiseAbs2();
     const bool known = worst_sigma(covariance.topLeftCorner<2, 2>()) < task.models.site.lost;
-    if (fix.status == FixStatus::none && !known) return;
+    if (!known) return;
     const Knot at = between(way.knots[k], way.knots[k + 1], weights);
     fix.pose = {at[0], at[1], wrap_angle(at[2])};
     fix.covariance = 0.5 * (covariance + covariance.transpose());
@@ -36,9 +38,22 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
 
 }  // namespace
 
-std::vector<Fix> smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings,
-                        const std::function<void(double)>& progress) {
-    std::vector<Fix> smoothed = tracked;
+/// Part of the fixes that the batch knows worse than the tracker does, though it was told more.
+double part_known_worse(const std::vector<Fix>& fixes, const SmoothedStretch& stretch, const SmoothingTask& task) {
+    constexpr double worse = 1.5;  // times the tracker's standard deviation
+    double count = 0, bad = 0;
+    for (const Fix& fix : fixes) {
+        if (fix.status == FixStatus::none || !stretch.trajectory.covers(fix.time)) continue;
+        const std::size_t k = stretch.trajectory.knot_before(fix.time);
+        const Eigen::Matrix2d place = stretch.covariance.pairs[k].topLeftCorner<2, 2>();
+        ++count;
+        bad += !(worst_sigma(place) < worse * worst_sigma(fix.covariance.topLeftCorner<2, 2>()) + task.models.site.lost * 0.02);
+    }
+    return count > 0 ? bad / count : 0;
+}
+
+Smoothed smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings, const std::function<void(double)>& progress) {
+    Smoothed smoothed{tracked, {}};
     if (tracker.history() == nullptr || tracked.empty()) return smoothed;
     const TrackingModels models = tracker.learned_models();
     const std::size_t robots = models.site.robots.size();
@@ -57,9 +72,18 @@ std::vector<Fix> smooth(const Tracker& tracker, const std::vector<Fix>& tracked,
         for (Nanoseconds from = whole.start(); from < whole.end(); from += window) {
             const Nanoseconds to = from + window;
             const SmoothedStretch stretch = smooth_stretch(task, whole.part(from - overlap, to + overlap), trajectories);
-            for (; next < places_of[r].size() && (smoothed[places_of[r][next]].time < to || to >= whole.end()); ++next) {
-                Fix& fix = smoothed[places_of[r][next]];
-                if (!stretch.covariance.pairs.empty() && stretch.trajectory.covers(fix.time)) correct(fix, stretch, task);
+            std::vector<std::size_t> within;
+            std::vector<Fix> before;
+            for (; next < places_of[r].size() && (tracked[places_of[r][next]].time < to || to >= whole.end()); ++next) {
+                within.push_back(places_of[r][next]);
+                before.push_back(tracked[within.back()]);
+            }
+            if (stretch.covariance.pairs.empty() || !stretch.settled || part_known_worse(before, stretch, task) > most_known_worse) {
+                smoothed.unsettled.push_back({models.site.robots[r].id, from, std::min(to, whole.end())});
+            } else {
+                for (const std::size_t i : within) {
+                    if (stretch.trajectory.covers(smoothed.fixes[i].time)) correct(smoothed.fixes[i], stretch, task);
+                }
             }
             if (progress)
                 progress((static_cast<double>(r) + std::min(1.0, to_seconds(to - whole.start()) / to_seconds(whole.end() - whole.start()))) /

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "roomfix/estimate/tracker.hpp"
@@ -9,11 +10,22 @@
 
 namespace roomfix {
 
+/// A while for which the batch knows less of a robot than its tracker, or explains what was measured worse: it did not settle.
+struct Unsettled {
+    std::string robot;
+    Nanoseconds from = 0, to = 0;
+};
+
+struct Smoothed {
+    std::vector<Fix> fixes;
+    std::vector<Unsettled> unsettled;  // there the fixes are the tracker's
+};
+
 /// `tracked`: the tracker's fixes, in the order of their times. Returns the same fixes, with the smoothed poses and their covariances:
 /// a fix of status none becomes a known one where what came later tells. Robots that are one of many, and those with fewer than two
 /// fixes, stay as they are. The same input gives the same output. `progress` gets 0..1.
 /// Source: batch maximum a posteriori over a continuous trajectory (Barfoot, Tong and Särkkä 2014), solved by Levenberg-Marquardt.
-std::vector<Fix> smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings = {},
-                        const std::function<void(double)>& progress = {});
+Smoothed smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings = {},
+                const std::function<void(double)>& progress = {});
 
 }  // namespace roomfix

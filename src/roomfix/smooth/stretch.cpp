@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <tuple>
 
@@ -45,7 +46,13 @@ public:
         for (std::size_t i = 0; i < measured.size(); ++i) add_measured(measured[i], looks[i], noise);
     }
 
-    void solve() {
+    /// The trajectory stays as it is, only slow errors are sought.
+    void keep_knots() {
+        for (Knot& knot : trajectory_.knots) problem_.SetParameterBlockConstant(knot.data());
+    }
+
+    /// What is left over of all terms.
+    double solve() {
         ceres::Solver::Options options;
         options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
         options.max_num_iterations = task_.settings.most_iterations;
@@ -54,6 +61,7 @@ public:
         options.num_threads = 1;  // so that sums are added in one order
         ceres::Solver::Summary summary;
         ceres::Solve(options, &problem_, &summary);
+        return summary.IsSolutionUsable() ? summary.final_cost : std::numeric_limits<double>::infinity();
     }
 
     /// How much larger than stated, or longer lasting, what is left over of each source is.
@@ -216,7 +224,7 @@ Trajectories first_trajectories(const Tracker& tracker, const std::vector<Fix>& 
 
 SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& start, const Trajectories& others, const std::function<void(double)>& progress) {
     constexpr double solves = 4;
-    SmoothedStretch stretch{start, {}, {}, {}};
+    SmoothedStretch stretch{start, {}, {}, {}, true};
     Trajectories trajectories = others;
     std::unique_ptr<StretchProblem> problem;
     SourceNoise noise;
@@ -225,12 +233,18 @@ SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& star
         trajectories[static_cast<std::size_t>(task.robot)] = stretch.trajectory;
         const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories);
         problem = std::make_unique<StretchProblem>(task, stretch.trajectory, measured, widening, noise, problem.get());
-        problem->solve();
+        const double cost = problem->solve();
         if (progress) progress(++solved / solves);
+        return cost;
     };
     for (const double widening : {100.0, 10.0, 1.0}) solve(widening);
     noise = problem->left_over();
-    solve(1);
+    const double cost = solve(1);
+    Trajectory kept = start;
+    trajectories[static_cast<std::size_t>(task.robot)] = kept;
+    StretchProblem of_start(task, kept, measured_of(task.robot, task.history, task.groups, task.models, trajectories), 1, noise, nullptr);
+    of_start.keep_knots();
+    stretch.settled = cost <= of_start.solve();
     stretch.covariance = problem->covariance();
     stretch.slow = problem->slow();
     stretch.counts = problem->counts();

@@ -41,6 +41,7 @@ struct SmoothedStretch {
     SmoothedCovariance covariance;        // of the knots, and of `slow` in its order
     std::vector<SlowEstimate> slow;       // a value for each while over which it was taken for constant
     std::map<int, SightingCount> counts;  // by source
+    bool settled = true;                  // nothing is explained worse than by the start
 };
 
 /// Where the tracker saw each robot go, with knots where something was measured: a start for smoothing. `tracked`: its fixes, in the order
