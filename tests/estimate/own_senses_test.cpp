@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -285,7 +286,8 @@ TEST(NoiseSearch, FindsHowLargeErrorsAreAndLeavesOutWhatExplainsNothing) {
     const auto found = search.best({});
     EXPECT_NEAR(found.noise.receiver.factor, 3, 0.35);
     EXPECT_EQ(found.noise.receiver.common, 0);
-    EXPECT_EQ(found.noise.receiver.wander, 0);
+    EXPECT_EQ(found.noise.receiver.own, 0);
+    EXPECT_EQ(found.noise.receiver.sway, 0);
     EXPECT_EQ(found.noise.receiver.stretch.depth, 0);
     EXPECT_EQ(found.noise.delay, 0);
     EXPECT_GE(search.widened(found).receiver.factor, found.noise.receiver.factor);

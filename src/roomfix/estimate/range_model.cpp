@@ -118,8 +118,10 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
     const double c = std::cos(at.yaw), s = std::sin(at.yaw);
     const Eigen::Vector3d by_arm(c * exact.by_pose.x() + s * exact.by_pose.y(), -s * exact.by_pose.x() + c * exact.by_pose.y(),
                                  (arm.z() - position.z()) / exact.range);
+    const Eigen::Vector3d bearing_by_arm(c * bearing.by_pose.x() + s * bearing.by_pose.y(), -s * bearing.by_pose.x() + c * bearing.by_pose.y(), 0);
+    const Eigen::Vector3d value_by_arm = stated.by_range * by_arm + stated.by_bearing * bearing_by_arm;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (places[axis]) depends(*places[axis], stated.by_range * by_arm[static_cast<Eigen::Index>(axis)]);
+        if (places[axis]) depends(*places[axis], value_by_arm[static_cast<Eigen::Index>(axis)]);
     }
     return predicted;
 }

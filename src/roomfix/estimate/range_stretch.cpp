@@ -1,6 +1,8 @@
 #include "roomfix/estimate/range_stretch.hpp"
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace roomfix {
 namespace {
@@ -21,25 +23,30 @@ void add_slow_states(Belief& belief, int source, const StretchErrors& errors, do
 /// range (1 + scale) (1 + (depth + a) (cos(bearing) - 1) + b sin(bearing))
 StretchedRange stretched(const Belief& belief, int source, const StretchErrors& errors, double range, double bearing) {
     const double s = std::sin(bearing), less = std::cos(bearing) - 1;
-    StretchedRange result;
-    const auto value_of = [&](SlowKind kind, int component, double sigma, double derivative) {
-        if (sigma <= 0) return 0.0;
-        const auto state = find_slow(belief, kind, source, component);
-        if (!state) {
-            result.noise += sigma * sigma * derivative * derivative;
-            return 0.0;
-        }
-        result.by_state[result.states.size()] = derivative;
-        result.states.push_back(*state);
-        return belief.mean[*state];
+    const auto value_of = [&](SlowKind kind, int component, double sigma) -> std::pair<std::optional<int>, double> {
+        const auto state = sigma > 0 ? find_slow(belief, kind, source, component) : std::nullopt;
+        return {state, state ? belief.mean[*state] : 0};
     };
-    const double scale = 1 + value_of(SlowKind::range_scale, 0, errors.scale, range);
-    const double a = errors.depth + value_of(SlowKind::range_direction, ahead, errors.direction, range * less);
-    const double b = value_of(SlowKind::range_direction, to_the_left, errors.direction, range * s);
+    const auto [scale_state, longer] = value_of(SlowKind::range_scale, 0, errors.scale);
+    const auto [ahead_state, more] = value_of(SlowKind::range_direction, ahead, errors.direction);
+    const auto [left_state, b] = value_of(SlowKind::range_direction, to_the_left, errors.direction);
+    const double scale = 1 + longer, a = errors.depth + more;
     const double turned = 1 + a * less + b * s;
+    StretchedRange result;
     result.by_range = scale * turned;
     result.value = result.by_range * range;
     result.by_bearing = scale * range * (b * (less + 1) - a * s);
+    const auto depends = [&](const std::optional<int>& state, double sigma, double derivative) {
+        if (!state) {
+            result.noise += sigma * sigma * derivative * derivative;
+            return;
+        }
+        result.by_state[result.states.size()] = derivative;
+        result.states.push_back(*state);
+    };
+    depends(scale_state, errors.scale, range * turned);
+    depends(ahead_state, errors.direction, scale * range * less);
+    depends(left_state, errors.direction, scale * range * s);
     return result;
 }
 
