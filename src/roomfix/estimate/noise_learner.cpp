@@ -10,7 +10,7 @@ constexpr double first_wait = 8;      // s until it is learned for the first tim
 constexpr double longest_wait = 256;  // s
 constexpr std::size_t least_events = 40;
 constexpr std::size_t most_events = 3000;
-constexpr double doubted = 600;  // s: so long after the start it is asked whether it was elsewhere
+constexpr double doubted = 260;  // s: so long after the start it is asked whether it was elsewhere
 // Nats that a rival may be behind before its own noise is sought.
 constexpr double least_promise = 10, promise_per_event = 0.5;
 constexpr double clearly_better = 3;  // nats
@@ -121,7 +121,7 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     const NoiseSearch::Evidence evidence_here = [&](const SenseNoise& noise) { return evidence(origin_, noise, count, models, nullptr); };
     const NoiseSearch search(kinds, before_, evidence_here);
     NoiseSearch::Result found = search.best(origin_.noise);
-    if (to_seconds(until - origin_.time) < doubted && origin_.born == origin_.belief.placed()) compare_rivals(found, kinds, count, models);
+    if (to_seconds(until - origin_.born) < doubted && origin_.born == origin_.belief.placed()) compare_rivals(found, kinds, count, models);
     origin_.noise = found.noise;  // where the next search starts
     Track end;
     evidence(origin_, search.widened(found), count, models, &end);
