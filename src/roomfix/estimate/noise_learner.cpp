@@ -169,13 +169,14 @@ void NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds&
 /// The track as it would be had it started elsewhere: where the robot may have been then, by all that was sensed until now.
 std::vector<Track> NoiseLearner::rivals(std::size_t count, const TrackingModels& models) const {
     constexpr std::uint64_t seeds = 2;
+    constexpr std::size_t enough = 600;  // events that tell where it was
     std::vector<Track> all;
     for (const bool depth : {false, true}) {
         for (std::uint64_t seed = 2; seed < 2 + seeds; ++seed) {
             StartCloud cloud(WheelErrors{}, depth, seed);
             for (const Heard& heard : origin_.heard) cloud.take(heard, origin_.robot, models);
             cloud.mark();
-            for (std::size_t i = 0; i < count; ++i) {
+            for (std::size_t i = 0; i < std::min(count, enough); ++i) {
                 if (const auto heard = heard_in(events_[i])) cloud.take(*heard, origin_.robot, models);
             }
             for (const PlaceProposal& place : cloud.marked()) all.push_back(started_elsewhere(origin_, place, depth, models));
