@@ -188,8 +188,7 @@ std::vector<Track> NoiseLearner::rivals(std::size_t count, const TrackingModels&
 /// Moves the origin on past the first `count` events.
 void NoiseLearner::forget(std::size_t count, const TrackingModels& models) {
     Track later;
-    evidence(origin_, noise_, count, models, &later);
-    later.noise = origin_.noise;
+    evidence(origin_, origin_.noise, count, models, &later);
     origin_ = later;
     events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(count));
 }

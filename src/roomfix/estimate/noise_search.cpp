@@ -18,7 +18,7 @@ struct Unknown {
     double* value;
     double from_nothing = 0;  // what to try where it is 0; 0: it is never 0
     double usual = 1;         // its logarithm is normally distributed around that of this ...
-    double spread = 1.5;      // ... with this standard deviation; 0: anything alike
+    double spread = 1.5;      // ... with this standard deviation
     double least = 0.05, most = 50;
     bool known = false;  // there is such an error, as far as anything is known beforehand
 

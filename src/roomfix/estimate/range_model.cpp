@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "roomfix/estimate/sighting_model.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -37,20 +39,6 @@ Eigen::Vector3d arm_of(const Belief& belief, const RangeSource& source) {
 }
 
 }  // namespace
-
-/// From the receiver to the beacon, against the robot's front, with its derivatives by x, y, yaw.
-struct BearingTo {
-    double value = 0;  // rad
-    Eigen::Vector3d by_pose = Eigen::Vector3d::Zero();
-};
-static BearingTo bearing_to(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
-    const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
-    const Eigen::Vector2d arm(c * receiver.x() - s * receiver.y(), s * receiver.x() + c * receiver.y());
-    const Eigen::Vector2d way = beacon.head<2>() - Eigen::Vector2d(pose.x, pose.y) - arm;
-    const double squared = std::max(way.squaredNorm(), 1e-6);
-    const double x = way.y() / squared, y = -way.x() / squared;
-    return {wrap_angle(std::atan2(way.y(), way.x()) - pose.yaw), {x, y, -x * arm.y() + y * arm.x() - 1}};
-}
 
 PredictedRange predict_range(const Pose2& pose, const Eigen::Vector3d& receiver, const Eigen::Vector3d& beacon) {
     const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
@@ -100,10 +88,12 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
         predicted.by_state[static_cast<Eigen::Index>(predicted.states.size())] = derivative;
         predicted.states.push_back(state);
     };
-    const BearingTo bearing = bearing_to(at, arm, position);
-    const StretchedRange stated = stretched(belief, source.number, source.stretch, exact.range, bearing.value);
+    // Where nothing depends on the direction, none is needed.
+    const bool directed = source.stretch.depth != 0 || source.stretch.direction > 0;
+    const PredictedSighting seen = directed ? predict_sighting(at, arm.head<2>(), position.head<2>()) : PredictedSighting{};
+    const StretchedRange stated = stretched(belief, source.number, source.stretch, exact.range, seen.bearing);
     predicted.value = stated.value;
-    for (int i = 0; i < 3; ++i) depends(i, stated.by_range * exact.by_pose[i] + stated.by_bearing * bearing.by_pose[i]);
+    for (int i = 0; i < 3; ++i) depends(i, stated.by_range * exact.by_pose[i] + stated.by_bearing * seen.bearing_by_pose[i]);
     for (std::size_t i = 0; i < stated.states.size(); ++i) depends(stated.states[i], stated.by_state[i]);
     const auto add_bias = [&](SlowKind kind, int component) {
         const auto bias = find_slow(belief, kind, source.number, component);
@@ -118,7 +108,8 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
     const double c = std::cos(at.yaw), s = std::sin(at.yaw);
     const Eigen::Vector3d by_arm(c * exact.by_pose.x() + s * exact.by_pose.y(), -s * exact.by_pose.x() + c * exact.by_pose.y(),
                                  (arm.z() - position.z()) / exact.range);
-    const Eigen::Vector3d bearing_by_arm(c * bearing.by_pose.x() + s * bearing.by_pose.y(), -s * bearing.by_pose.x() + c * bearing.by_pose.y(), 0);
+    const Eigen::Vector3d& turning = seen.bearing_by_pose;
+    const Eigen::Vector3d bearing_by_arm(c * turning.x() + s * turning.y(), -s * turning.x() + c * turning.y(), 0);
     const Eigen::Vector3d value_by_arm = stated.by_range * by_arm + stated.by_bearing * bearing_by_arm;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (places[axis]) depends(*places[axis], value_by_arm[static_cast<Eigen::Index>(axis)]);

@@ -227,8 +227,9 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         }
         const auto& seen = std::get<SightingObservation>(heard);
         const auto of = [&](int landmark) {
-            const PredictedSighting exact = predict_sighting(robot, Eigen::Vector2d::Zero(), models.marks[static_cast<std::size_t>(landmark)].place);
-            const Eigen::Vector2d way = models.marks[static_cast<std::size_t>(landmark)].place - Eigen::Vector2d(guess.x, guess.y);
+            const Eigen::Vector2d& mark = models.marks[static_cast<std::size_t>(landmark)].place;
+            const PredictedSighting exact = predict_sighting(robot, Eigen::Vector2d::Zero(), mark);
+            const Eigen::Vector2d way = mark - Eigen::Vector2d(guess.x, guess.y);
             double density = seen.range ? density_of(*seen.range, stated(guess, exact.range, way), sigma) : 1;
             if (seen.bearing) density *= student(wrap_angle(*seen.bearing - exact.bearing), bearing_error * seen.bearing_sigma);
             return density;
@@ -332,13 +333,13 @@ StartPlaces StartCloud::places(double patience) const {
     const double waited = to_seconds(time_ - begun_);
     const double reach = widest_place(distance_);
     std::vector<double> left;  // weights of the guesses that belong to no place yet
-    double all = 0;
+    double all = 0, by_depth = 0;
     for (const Guess& guess : guesses_) {
         left.push_back(std::exp(guess.log_weight));
         all += left.back();
+        by_depth += guess.depth ? left.back() : 0;
     }
-    double taken = 0, by_depth = 0;
-    for (std::size_t i = 0; i < guesses_.size(); ++i) by_depth += guesses_[i].depth ? left[i] : 0;
+    double taken = 0;
     result.depth = by_depth > 0.5 * all;
     bool fronts = true;
     for (std::size_t k = 0; k < most_places; ++k) {

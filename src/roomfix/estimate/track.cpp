@@ -394,11 +394,16 @@ void doubt_wheels(Track& track) {
     }
 }
 
+/// Starts a track where its own senses put it. `depth`: its ranges are depths.
+void start_by_senses(Track& track, const std::vector<PlaceProposal>& places, bool depth, Nanoseconds time, const TrackingModels& models) {
+    start(track, places, time, models);
+    track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = depth ? 1 : 0;
+    doubt_wheels(track);
+}
+
 Track started_elsewhere(const Track& track, const PlaceProposal& place, bool depth, const TrackingModels& models) {
     Track other = track;
-    start(other, {place}, track.time, models);
-    other.noise.receiver.stretch.depth = other.noise.detector.stretch.depth = depth ? 1 : 0;
-    doubt_wheels(other);
+    start_by_senses(other, {place}, depth, track.time, models);
     return other;
 }
 
@@ -431,10 +436,8 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     track.cloud.take(o, track.robot, models);
     const StartPlaces found = track.cloud.places(models.settings.start_patience);
     if (found.places.empty()) return false;
-    start(track, found.places, o.time, models);
+    start_by_senses(track, found.places, found.depth, o.time, models);
     track.noise.way = track.noise.turn = models.settings.unknown_wheels;
-    track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = found.depth ? 1 : 0;
-    doubt_wheels(track);
     if constexpr (std::is_same_v<Observation, SightingObservation>) {
         if (o.range) expect_errors(track.noise.detector, found.error, o.range_sigma);
         if (o.range) track.noise.detector.sway = o.range_sigma;

@@ -36,21 +36,22 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
     fix.reason.clear();
 }
 
-}  // namespace
-
-/// Part of the fixes that the batch knows worse than the tracker does, though it was told more.
-double part_known_worse(const std::vector<Fix>& fixes, const SmoothedStretch& stretch, const SmoothingTask& task) {
-    constexpr double worse = 1.5;  // times the tracker's standard deviation
+/// Part of some of the tracker's fixes that the batch knows worse than the tracker did, though it was told more.
+double part_known_worse(const std::vector<Fix>& tracked, const std::vector<std::size_t>& some, const SmoothedStretch& stretch, const SmoothingTask& task) {
+    constexpr double worse = 1.5;    // times the tracker's standard deviation
+    constexpr double hardly = 0.02;  // of what counts as lost: so much more does not matter
     double count = 0, bad = 0;
-    for (const Fix& fix : fixes) {
+    for (const std::size_t i : some) {
+        const Fix& fix = tracked[i];
         if (fix.status == FixStatus::none || !stretch.trajectory.covers(fix.time)) continue;
-        const std::size_t k = stretch.trajectory.knot_before(fix.time);
-        const Eigen::Matrix2d place = stretch.covariance.pairs[k].topLeftCorner<2, 2>();
+        const Eigen::Matrix2d place = stretch.covariance.pairs[stretch.trajectory.knot_before(fix.time)].topLeftCorner<2, 2>();
         ++count;
-        bad += !(worst_sigma(place) < worse * worst_sigma(fix.covariance.topLeftCorner<2, 2>()) + task.models.site.lost * 0.02);
+        bad += !(worst_sigma(place) < worse * worst_sigma(fix.covariance.topLeftCorner<2, 2>()) + hardly * task.models.site.lost);
     }
     return count > 0 ? bad / count : 0;
 }
+
+}  // namespace
 
 Smoothed smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings, const std::function<void(double)>& progress) {
     Smoothed smoothed{tracked, {}};
@@ -73,12 +74,10 @@ Smoothed smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const S
             const Nanoseconds to = from + window;
             const SmoothedStretch stretch = smooth_stretch(task, whole.part(from - overlap, to + overlap), trajectories);
             std::vector<std::size_t> within;
-            std::vector<Fix> before;
             for (; next < places_of[r].size() && (tracked[places_of[r][next]].time < to || to >= whole.end()); ++next) {
                 within.push_back(places_of[r][next]);
-                before.push_back(tracked[within.back()]);
             }
-            if (stretch.covariance.pairs.empty() || !stretch.settled || part_known_worse(before, stretch, task) > most_known_worse) {
+            if (stretch.covariance.pairs.empty() || !stretch.settled || part_known_worse(tracked, within, stretch, task) > most_known_worse) {
                 smoothed.unsettled.push_back({models.site.robots[r].id, from, std::min(to, whole.end())});
             } else {
                 for (const std::size_t i : within) {
