@@ -86,7 +86,7 @@ void copy_frame(benchmark::State& state) {
 
 void apriltag(benchmark::State& state) {
     Room& r = room(static_cast<int>(state.range(0)));
-    TagDetector detector({.decimation = 2});
+    TagDetector detector({TagFamily::tag36h11}, {.decimation = 2});
     std::vector<SeenTag> tags;
     std::size_t i = 0;
     for (auto _ : state) {

@@ -1,9 +1,11 @@
-// Any bytes as odometry, as fixes or as truth, through to the report.
+// Any bytes as odometry, as sightings, as fixes or as truth, through to the report.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 #include "roomfix/connect/odometry_source.hpp"
+#include "roomfix/connect/sighting_source.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -13,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Site site;
     site.robots.resize(1);
     site.robots[0].id = "r1";
-    switch (data[0] % 3) {
+    switch (data[0] % 4) {
         case 0:
             (void)parse_odometry(text, site, size % 2 == 0 ? 0 : -1);
             break;
@@ -27,6 +29,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             (void)html_of(report, "fuzz");
             (void)text_of(report);
             (void)json_of(report);
+            break;
+        }
+        case 3: {
+            site.landmarks = {{"post1", PointMark{}}, {"post2", PointMark{}}};
+            const auto batch = parse_sightings(text, site, size % 2 == 0 ? 0 : -1);
+            if (!batch) break;
+            for (const SightingObservation& o : batch->sightings) {
+                const bool range = !o.range || (*o.range > 0 && std::isfinite(*o.range) && o.range_sigma > 0);
+                const bool bearing = !o.bearing || (std::abs(*o.bearing) < 7 && o.bearing_sigma > 0);
+                if (!range || !bearing || o.landmark > 1 || o.robot != 0) __builtin_trap();
+            }
             break;
         }
         default: {

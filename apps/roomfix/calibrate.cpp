@@ -18,10 +18,10 @@ namespace {
 constexpr double clearly_worse = 1.05;  // times
 
 /// As lines of a site file.
-void show(const std::vector<CameraResult>& results) {
-    for (const CameraResult& result : results) {
-        if (results.size() > 1) fmt::print("{}:\n", result.edit.camera);
-        for (const CameraValue& v : result.edit.values) {
+void show(const std::vector<SiteResult>& results) {
+    for (const SiteResult& result : results) {
+        if (results.size() > 1) fmt::print("{}:\n", result.edit.id);
+        for (const SiteValue& v : result.edit.values) {
             if (!v.value.empty()) fmt::print("    {}: {}\n", v.key, v.value);
         }
     }
@@ -73,33 +73,33 @@ Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const I
     return quality;
 }
 
-int write_or_show(const std::string& site_file, const std::vector<CameraResult>& results, const WriteOptions& options) {
+int write_or_show(const std::string& site_file, const std::vector<SiteResult>& results, const WriteOptions& options) {
     if (!options.write) {
         show(results);
         if (!site_file.empty()) say("not written; --write puts it into the site file");
         return done;
     }
-    std::vector<CameraEdit> edits;
-    std::vector<std::string> cameras;
+    std::vector<SiteEdit> edits;
+    std::vector<std::string> written;
     for (const auto& [edit, quality] : results) {
         if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
-            complain(fmt::format("not written: the site file has a better calibration of camera {} ({:.3g} against {:.3g} {}); --force replaces it",
-                                 edit.camera, quality.before, quality.now, quality.what));
+            complain(fmt::format("not written: the site file has a better calibration of {} ({:.3g} against {:.3g} {}); --force replaces it",
+                                 edit.id, quality.before, quality.now, quality.what));
             return failed;
         }
         edits.push_back(edit);
-        cameras.push_back(edit.camera);
+        written.push_back(edit.id);
     }
-    const auto copy = write_camera_values(site_file, edits);
+    const auto copy = write_site_values(site_file, edits);
     if (!copy) {
         complain(copy.error().message);
         return bad_input;
     }
-    say(fmt::format("{}: camera {} written; the file as it was is {}", site_file, fmt::join(cameras, ", "), copy->string()));
+    say(fmt::format("{}: {} written; the file as it was is {}", site_file, fmt::join(written, ", "), copy->string()));
     return done;
 }
 
-int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
+int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<SiteValue>& values, const Quality& quality,
                   const WriteOptions& options) {
     return write_or_show(site_file, {{{camera, values}, quality}}, options);
 }

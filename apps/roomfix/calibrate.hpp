@@ -50,16 +50,16 @@ struct Quality {
 /// How much better a lens is known than the one that the site has for the camera.
 Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const IntrinsicsMatrix& covariance);
 
-struct CameraResult {
-    CameraEdit edit;
+struct SiteResult {
+    SiteEdit edit;
     Quality quality;
 };
 
 /// Puts values into the site file, or prints them where that was not asked for. Refuses to replace a better calibration by a worse one
 /// without --force. Returns the exit code.
-int write_or_show(const std::string& site_file, const std::vector<CameraResult>& results, const WriteOptions& options);
+int write_or_show(const std::string& site_file, const std::vector<SiteResult>& results, const WriteOptions& options);
 /// The same for one camera.
-int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<CameraValue>& values, const Quality& quality,
+int write_or_show(const std::string& site_file, const std::string& camera, const std::vector<SiteValue>& values, const Quality& quality,
                   const WriteOptions& options);
 
 }  // namespace roomfix

@@ -145,7 +145,7 @@ int calibrate_floor_command(const Arguments& arguments) {
     Quality quality{before ? 1e3 * floor_error(*before) : 0, 1e3 * found.floor_error, "mm expected error on the floor"};
     if (!(found.floor_error > 0)) quality = {before ? place_error(*before) : 0, place_error(view), "mm expected error of the camera's place"};
     KnownPose known{found.map_from_camera, true, camera->intrinsics_covariance.isZero(0) ? PoseByIntrinsics::Zero() : found.by_intrinsics};
-    std::vector<CameraValue> values = {{"pose", pose_text(known, camera->model)}};
+    std::vector<SiteValue> values = {{"pose", pose_text(known, camera->model)}};
     for (const char* old : {"floor_points", "floor_points_sigma", "height", "height_sigma", "robot"}) values.push_back({old, ""});
     return write_or_show(arguments.site, camera->id, values, quality, arguments.write);
 }

@@ -7,6 +7,7 @@
 
 #include "calibrate.hpp"
 #include "commands.hpp"
+#include "roomfix/pipeline/sigma_advice.hpp"
 #include "roomfix/pipeline/site_runner.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
@@ -66,9 +67,24 @@ void print(const SiteCalibration& c) {
     }
 }
 
-CameraResult result_of(const SiteCalibration& c) {
-    CameraResult result{{c.camera.id, {}}, {1e3 * c.error_before, 1e3 * c.error_now, "mm expected error"}};
-    std::vector<CameraValue>& values = result.edit.values;
+/// Sigmas of robots' own senses that the recording shows to be too small, as values of the file.
+std::vector<SiteResult> sense_results(const std::filesystem::path& file, const std::vector<SigmaAdvice>& advice) {
+    std::vector<SiteResult> results;
+    const auto plain = load_site(file);  // without what a session's folder adds
+    if (!plain) return results;
+    for (const SiteRobot& robot : plain->robots) {
+        const auto about_it = [&](const SigmaAdvice& a) { return a.robot == robot.id; };
+        if (std::none_of(advice.begin(), advice.end(), about_it)) continue;
+        SiteResult result{{robot.id, {}, "robots"}, {}};
+        for (const auto& [key, value] : senses_text(advised(robot, advice))) result.edit.values.push_back({key, value});
+        results.push_back(result);
+    }
+    return results;
+}
+
+SiteResult result_of(const SiteCalibration& c) {
+    SiteResult result{{c.camera.id, {}}, {1e3 * c.error_before, 1e3 * c.error_now, "mm expected error"}};
+    std::vector<SiteValue>& values = result.edit.values;
     if (const auto* mount = std::get_if<Mount>(&c.camera.placement)) {
         values.push_back({"mount", mount_text(*mount, c.camera.model)});
     } else {
@@ -83,7 +99,7 @@ CameraResult result_of(const SiteCalibration& c) {
 
 int calibrate_site_command(const SiteArguments& arguments) {
     const std::filesystem::path file = site_file_of(arguments.session);
-    const auto site = load_site(file);
+    const auto site = load_session(arguments.session);
     if (!site) return give_up(Error{"the session's site file cannot be used:\n" + site.error().message});
     for (const std::string& camera : arguments.cameras) {
         if (site->camera(camera) == nullptr) return give_up(Error{fmt::format("there is no camera '{}' in {}", camera, file.string())});
@@ -98,8 +114,9 @@ int calibrate_site_command(const SiteArguments& arguments) {
     (*runner)->keep_for_smoothing();
     const RunSettings run{.speed = 0, .threads = arguments.threads};
     if (auto ran = (*runner)->run_sources(run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
-    const auto calibrations = (*runner)->calibrate(progress_bar("calibrating"));
-    std::vector<CameraResult> results;
+    std::vector<SiteCalibration> calibrations;
+    if ((*runner)->cameras() > 0) calibrations = (*runner)->calibrate(progress_bar("calibrating"));
+    std::vector<SiteResult> results;
     for (const SiteCamera& camera : site->cameras) {
         if (!is_wanted(arguments, camera.id)) continue;
         const auto found = std::find_if(calibrations.begin(), calibrations.end(), [&](const SiteCalibration& c) { return c.camera.id == camera.id; });
@@ -110,8 +127,13 @@ int calibrate_site_command(const SiteArguments& arguments) {
         print(*found);
         results.push_back(result_of(*found));
     }
+    const auto advice = sigma_advice((*runner)->tracker());
+    for (const SigmaAdvice& one : advice) fmt::print("{}\n", text_of(one));
+    if (arguments.cameras.empty()) {
+        for (const SiteResult& result : sense_results(file, advice)) results.push_back(result);
+    }
     if (results.empty()) {
-        complain("nothing was learned about any camera: record a session in which a robot drives through what they see");
+        complain("nothing was learned about any camera or sense: record a session in which a robot drives through what they see");
         return failed;
     }
     return write_or_show(file.string(), results, arguments.write);
@@ -120,7 +142,7 @@ int calibrate_site_command(const SiteArguments& arguments) {
 }  // namespace
 
 void add_calibrate_site(CLI::App& calibrate, int& exit_code) {
-    auto* site = calibrate.add_subcommand("site", "all cameras at once, from a recorded session in which robots drive through what they see");
+    auto* site = calibrate.add_subcommand("site", "all cameras at once, and the sigmas of robots' own senses, from a recorded session in which robots drive through what they see");
     auto arguments = std::make_shared<SiteArguments>();
     site->add_option("SESSION", arguments->session, "session folder, or a site file whose sources are recordings")->required();
     add_repeatable(*site, "--camera", arguments->cameras, "only this one is printed and written (default: all)");

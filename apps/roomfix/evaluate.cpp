@@ -9,6 +9,7 @@
 #include "roomfix/base/number.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 #include "roomfix/evaluate/tracking_bound.hpp"
+#include "roomfix/pipeline/sigma_advice.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
 #include "terminal.hpp"
@@ -51,8 +52,13 @@ bool write_tum(const std::filesystem::path& folder, const ErrorReport& report, c
     return true;
 }
 
-/// What the best tracker could have made of the session: its sources are observed again.
-Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth,
+/// What a session says beside its fixes, once its sources were observed again.
+struct SessionFindings {
+    std::vector<std::optional<Eigen::Matrix3d>> bounds;  // what the best tracker could have made of it
+    std::vector<SigmaAdvice> advice;
+};
+
+Result<SessionFindings> look_into(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth,
                                                               const Eigen::Vector2d& point) {
     const auto site = load_session(session);
     if (!site) return site.error();
@@ -64,7 +70,7 @@ Result<std::vector<std::optional<Eigen::Matrix3d>>> bounds_in(const std::filesys
     settings.speed = 0;
     settings.threads = hardware_threads();
     if (auto ran = (*runner)->run_sources(settings, stop_requested(), progress_bar("observing again")); !ran) return ran.error();
-    return tracking_bounds((*runner)->tracker(), fixes, truth, progress_bar("finding the bound"), point);
+    return SessionFindings{tracking_bounds((*runner)->tracker(), fixes, truth, progress_bar("finding the bound"), point), sigma_advice((*runner)->tracker())};
 }
 
 int evaluate(const Arguments& arguments) {
@@ -78,16 +84,16 @@ int evaluate(const Arguments& arguments) {
         return bad_input;
     }
     for (const std::string& problem : recorded->problems) say(arguments.fixes + ", " + problem);
-    std::vector<std::optional<Eigen::Matrix3d>> bounds;
+    SessionFindings session;
     if (!arguments.session.empty()) {
-        auto found = bounds_in(arguments.session, recorded->fixes, *truth, *point);
+        auto found = look_into(arguments.session, recorded->fixes, *truth, *point);
         if (!found) {
             complain(found.error().message);
             return bad_input;
         }
-        bounds = std::move(*found);
+        session = std::move(*found);
     }
-    const ErrorReport report = judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .cutoff = arguments.cutoff, .point = *point}, bounds);
+    const ErrorReport report = judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .cutoff = arguments.cutoff, .point = *point}, session.bounds);
     if (report.fixes.empty() && !report.without_point.empty()) {
         complain("no fix has a yaw, so that nobody knows where the point --point is: leave --point out, or give the truth of the robot's middle");
         return bad_input;
@@ -97,6 +103,8 @@ int evaluate(const Arguments& arguments) {
         return bad_input;
     }
     std::cout << text_of(report);
+    if (!session.advice.empty()) std::cout << "stated sigmas that are too small ('roomfix calibrate site SESSION --write' sets them):\n";
+    for (const SigmaAdvice& advice : session.advice) std::cout << "  " << text_of(advice) << "\n";
     if (!arguments.json.empty() && !write_file(arguments.json, json_of(report))) return failed;
     if (!arguments.report.empty()) {
         const std::string title = "Fixes of " + std::filesystem::path(arguments.fixes).filename().string() + " beside the truth";
@@ -119,7 +127,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
                      "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether; robot unknown-1, ... is a person or a thing")
         ->required();
     command->add_option("--point", arguments->point, "X,Y,Z: the truth is about this point of the robot (m; x forward, y left, z up) and not about its middle");
-    command->add_option("--session", arguments->session, "session folder of the fixes: says how far they are from the best that its sources allow");
+    command->add_option("--session", arguments->session, "session folder of the fixes: says how far they are from the best that its sources allow, and which stated sigmas are too small");
     command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
     command->add_option("--json", arguments->json, "the same figures as JSON");
     command->add_option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");

@@ -74,6 +74,7 @@ int run_site(const Site& site, const RunOptions& options) {
     }
     if (room.stage_times().summary(Stage::moment).count > 0) say(room.stage_times().text());
     for (const std::string& problem : room.line_problems()) say("not used: " + problem);
+    for (const std::string& suspicion : room.suspicious_inputs()) say("look at this: " + suspicion);
     const TrackerCounts counts = room.tracker_counts();
     if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
     if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));

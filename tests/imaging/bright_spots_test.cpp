@@ -9,7 +9,6 @@
 #include "roomfix/base/random.hpp"
 #include "roomfix/imaging/spot_fit.hpp"
 #include "roomfix/imaging/spot_sums.hpp"
-#include "roomfix/imaging/tag_detector.hpp"
 
 namespace roomfix {
 namespace {
@@ -126,27 +125,6 @@ TEST(SpotFit, RefusesWhatIsNoSpot) {
     EXPECT_FALSE(fit_spot(image, {30, 15})) << "white";
     EXPECT_FALSE(fit_spot(image, {1, 1})) << "at the border";
     EXPECT_FALSE(fit_spot(image, {1e9, -1e9}));
-}
-
-TEST(TagDetector, FindsATagWithItsCornersInOrder) {
-    const LumaImage bits = tag_picture(7);
-    ASSERT_EQ(bits.width(), 10);
-    LumaImage image(200, 160);
-    for (int y = 0; y < 160; ++y) std::memset(image.row(y), 200, 200);
-    constexpr int scale = 8;
-    for (int y = 0; y < 80; ++y) {
-        for (int x = 0; x < 80; ++x) image.row(y + 40)[x + 60] = bits.row(y / scale)[x / scale];
-    }
-    TagDetector detector;
-    std::vector<SeenTag> tags;
-    detector.detect(image, tags);
-    ASSERT_EQ(tags.size(), 1U);
-    EXPECT_EQ(tags[0].number, 7);
-    // The black square begins one bit inside: pixels 68 to 131 and 48 to 111; its corners are half a pixel outside.
-    EXPECT_LT((tags[0].corners[0] - Eigen::Vector2d(67.5, 111.5)).norm(), 0.3) << "bottom left";
-    EXPECT_LT((tags[0].corners[1] - Eigen::Vector2d(131.5, 111.5)).norm(), 0.3);
-    EXPECT_LT((tags[0].corners[2] - Eigen::Vector2d(131.5, 47.5)).norm(), 0.3);
-    EXPECT_LT((tags[0].corners[3] - Eigen::Vector2d(67.5, 47.5)).norm(), 0.3);
 }
 
 }  // namespace

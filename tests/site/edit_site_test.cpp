@@ -35,8 +35,12 @@ std::string with_mount_as(const std::string& mount) {
     return changed.replace(changed.find("MOUNT"), 5, mount);
 }
 
+Result<std::string> with_camera_values(std::string_view before, const std::string& camera, const std::vector<SiteValue>& values) {
+    return with_values(before, {camera, values});
+}
+
 /// Another mount, with a covariance.
-std::vector<CameraValue> new_mount() {
+std::vector<SiteValue> new_mount() {
     Mount mount{"r1", {}, true};
     mount.robot_from_camera.pose.translation() = Eigen::Vector3d(0.01, 0.02, 0.31);
     mount.robot_from_camera.covariance = 1e-6 * Matrix6d::Identity();
@@ -88,11 +92,11 @@ TEST(EditSite, KeepsTheFileAsItWas) {
     const auto file = folder / "site.yaml";
     const std::string before = with_mount_as("mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}");
     std::ofstream(file) << before;
-    const auto copy = write_camera_values(file, {{"up", new_mount()}});
+    const auto copy = write_site_values(file, {{"up", new_mount()}});
     ASSERT_TRUE(copy) << copy.error().message;
     std::ifstream old(*copy);
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(old), {}), before);
-    EXPECT_FALSE(write_camera_values(folder / "missing.yaml", {{"up", new_mount()}}));
+    EXPECT_FALSE(write_site_values(folder / "missing.yaml", {{"up", new_mount()}}));
     std::filesystem::remove_all(folder);
 }
 
@@ -106,9 +110,9 @@ TEST(EditSite, WritesSeveralCamerasOrNone) {
         std::ifstream now(file);
         return std::string(std::istreambuf_iterator<char>(now), {});
     };
-    EXPECT_FALSE(write_camera_values(file, {{"a", {{"source", "z"}}}, {"c", {{"source", "z"}}}}));
+    EXPECT_FALSE(write_site_values(file, {{"a", {{"source", "z"}}}, {"c", {{"source", "z"}}}}));
     EXPECT_EQ(written(), before);
-    ASSERT_TRUE(write_camera_values(file, {{"a", {{"source", "v"}}}, {"b", {{"source", "w"}}}}));
+    ASSERT_TRUE(write_site_values(file, {{"a", {{"source", "v"}}}, {"b", {{"source", "w"}}}}));
     EXPECT_EQ(written(), "cameras:\n  a: {source: v}  # left\n  b: {source: w}\n");
     std::filesystem::remove_all(folder);
 }

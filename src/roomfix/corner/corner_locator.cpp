@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/geometry/seen_from_above.hpp"
 #include "roomfix/geometry/view.hpp"
 
 namespace roomfix {
@@ -129,14 +130,10 @@ std::optional<CameraPlace> CornerLocator::on_tripod(const CornerObservation& see
     errors.diagonal().tail<3>().setConstant(corner.sigma * corner.sigma);
     place.map_from_camera.covariance = by * errors * by.transpose();
 
-    const Eigen::Vector3d axis = pose.linear().col(2);
-    const double level = axis.head<2>().squaredNorm();
-    place.yaw_known = level > 1e-4;
-    place.pose = {pose.translation().x(), pose.translation().y(), std::atan2(axis.y(), axis.x())};
-    Eigen::Matrix<double, 3, 6> to_pose = Eigen::Matrix<double, 3, 6>::Zero();
-    to_pose(0, 0) = to_pose(1, 1) = 1;
-    to_pose.row(2).tail<3>() << -axis.z() * axis.x() / std::max(level, 1e-4), -axis.z() * axis.y() / std::max(level, 1e-4), 1;
-    place.covariance = to_pose * place.map_from_camera.covariance * to_pose.transpose();
+    const PoseFromAbove above = seen_from_above(place.map_from_camera);
+    place.pose = above.pose;
+    place.yaw_known = above.yaw_known;
+    place.covariance = above.covariance;
     return place;
 }
 

@@ -466,6 +466,8 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
     const auto own_sense = [&](const auto& update_one) {
         double right = 0;
         const double evidence = take_with(track, event.source, {}, models, update_one, &right);
+        track.evidence += evidence;
+        ++track.weighed;
         track.agreement += (right - track.agreement) / memory_of_agreement;
         if (track.agreement < disagreement) find_again(track, models);
         return evidence;

@@ -50,7 +50,9 @@ struct Track {
     SenseNoise noise;              // of its own senses, as learned
     StartCloud cloud;              // where it may be, until it is found
     bool seeks = true;             // it is sought anew where its senses contradict its place
-    std::vector<Heard> heard;      // lately by its receivers and its detector, once it is found
+    std::vector<Heard> heard;      // lately by its receivers and its detector
+    double evidence = 0;           // nats: log density of all that was taken since it was found, as it was expected before
+    long weighed = 0;              // how many observations that rests on
     double agreement = 1;          // smoothed probability that what it hears is right
     Nanoseconds searched = never;  // when its place was last sought from what it heard
 

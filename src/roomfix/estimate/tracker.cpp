@@ -110,7 +110,7 @@ void Tracker::add(std::size_t group, const Event& event) {
 
 /// A robot that is like no other: how its own senses err is learned from time to time, and what was made of them lately is made anew.
 void Tracker::learn(std::size_t group, const Event& event) {
-    if (!groups_[group].alone()) return;
+    if (!groups_[group].alone() || !models_.settings.learns) return;
     const int robot = groups_[group].robots.front();
     const auto r = static_cast<std::size_t>(robot);
     if (models_.site.robots[r].receivers.empty() && !models_.site.robots[r].detector && models_.driven[r].empty()) return;

@@ -20,6 +20,8 @@ struct TrackerSettings {
 
     double body_memory = 3;  // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
 
+    bool learns = true;  // how the robots' own senses err
+
     double outliers = 0.01;    // share of observations that are wrong altogether
     double gate = 9;           // squared Mahalanobis distance, beyond twice the mean of a right one, at which right and wrong are equally likely
     double area = 100;         // m^2: over it wrong poses are spread

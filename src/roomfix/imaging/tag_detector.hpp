@@ -1,4 +1,4 @@
-// AprilTags of the family tag36h11 in a picture, by libapriltag.
+// Printed square tags in a picture: AprilTag's families and ArUco's dictionaries, all by libapriltag.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,25 +6,29 @@
 #include <memory>
 #include <vector>
 
+#include "roomfix/base/tag_family.hpp"
 #include "roomfix/imaging/luma.hpp"
 
 namespace roomfix {
 
 struct TagDetectorSettings {
-    float decimation = 1;        // 2: search in a picture half as large, four times as fast, for tags of more than some 30 px
-    int most_corrected = 1;      // bits of a tag's code that may be wrong
-    double least_margin = 30;    // grey levels between black and white bits
-    double corner_sigma = 0.08;  // px, of each corner's coordinates
+    float decimation = 1;         // 2: search in a picture half as large, four times as fast, for tags of more than some 30 px
+    int most_corrected = 1;       // bits of a tag's code that may be wrong ...
+    double largest_chance = 1e-4;  // ... but fewer where any square would be read as one of the family's tags with more than this chance
+    double least_margin = 30;     // grey levels between black and white bits
+    double corner_sigma = 0.08;   // px, of each corner's coordinates
 };
 
 struct SeenTag {
+    TagFamily family = TagFamily::tag36h11;
     int number = 0;
-    std::array<Eigen::Vector2d, 4> corners;  // px, of the black square as it is read: bottom left, bottom right, top right, top left
+    std::array<Eigen::Vector2d, 4> corners;  // px, where black and white meet, as it is read: bottom left, bottom right, top right, top left
 };
 
 class TagDetector {
 public:
-    explicit TagDetector(const TagDetectorSettings& settings = {});
+    /// `families`: those that are looked for; others take time and give false alarms. A family that this build cannot read is left out.
+    explicit TagDetector(const std::vector<TagFamily>& families = {TagFamily::tag36h11}, const TagDetectorSettings& settings = {});
     ~TagDetector();
     TagDetector(TagDetector&&) noexcept;
     TagDetector& operator=(TagDetector&&) noexcept;
@@ -39,7 +43,15 @@ private:
     TagDetectorSettings settings_;
 };
 
-/// A tag's picture, one pixel per bit with its white border: 10 x 10 pixels, 0 or 255; the black square is the inner 8 x 8.
-LumaImage tag_picture(int number);
+/// ArUco's dictionaries come from OpenCV's aruco module, which a build may lack.
+bool can_read(TagFamily family);
+
+/// A tag as it is printed.
+struct TagPicture {
+    LumaImage bits;      // one pixel per bit, with the white border that it needs: 0 or 255
+    int square = 0;      // px: edge of the square in the middle whose corners are read
+};
+/// Of a family that this build can read.
+TagPicture tag_picture(TagFamily family, int number);
 
 }  // namespace roomfix

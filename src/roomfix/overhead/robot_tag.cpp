@@ -87,7 +87,7 @@ std::vector<TaggedRobot> find_tagged_robots(const View& view, const std::vector<
     std::vector<TaggedRobot> found;
     for (const SeenTag& tag : tags) {
         for (std::size_t r = 0; r < robots.size(); ++r) {
-            if (!robots[r].tag || robots[r].tag->number != tag.number) continue;
+            if (!robots[r].tag || !robots[r].tag->is(tag.family, tag.number)) continue;
             const double sigma = detector.settings().corner_sigma;
             const auto fit = fit_robot_tag(view, robots[r], tag.corners, sigma);
             if (fit) found.push_back({static_cast<int>(r), *fit, tag.corners, sigma});

@@ -32,6 +32,18 @@ json CameraPost::landmark_drawing() const {
     return seen;
 }
 
+/// Tags with their corners, as landmarks.
+json CameraPost::tag_drawing() const {
+    json seen = {{"landmarks", json::array()}, {"rejected", json::array()}, {"lamps", json::array()}};
+    for (const SeenTag& tag : shown_.by_tags.seen) {
+        json points = json::array();
+        for (const Eigen::Vector2d& corner : tag.corners) points.push_back(pixel(corner.x(), corner.y()));
+        const std::string name = tag_camera_->name_of_tag(tag);
+        seen["landmarks"].push_back({{"id", name.empty() ? json() : json(name)}, {"points", points}});
+    }
+    return seen;
+}
+
 /// The corner's edges, with the walls' last, and lines that are none of them.
 json CameraPost::corner_drawing() const {
     json seen = {{"id", json()}, {"edges", json::array()}, {"rejected", json::array()}};
@@ -59,6 +71,7 @@ void CameraPost::add_drawings(const Site& site, json& state) const {
         state["outlines"].push_back({{"robot", robot}, {"points", outline}, {"support", rounded(o.support, 0.01)}});
     }
     if (corners_) state["corner"] = corner_drawing();
+    if (tag_camera_) state["seen"] = tag_drawing();
     if (locator_) state["seen"] = landmark_drawing();
 }
 

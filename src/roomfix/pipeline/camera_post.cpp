@@ -2,14 +2,18 @@
 
 #include <algorithm>
 
+#include "roomfix/geometry/seen_from_above.hpp"
 #include "roomfix/overhead/robot_tag.hpp"
 
 namespace roomfix {
 Result<std::unique_ptr<CameraPost>> CameraPost::create(const Site& site, const SiteCamera& camera) {
     std::unique_ptr<CameraPost> post(new CameraPost(camera, site.robots));
-    if (const auto* height = std::get_if<KnownHeight>(&camera.placement); height && (site.corners.empty() || height->robot.empty())) {
+    const bool tags = looks_for_tags(site, camera);
+    if (const auto* height = std::get_if<KnownHeight>(&camera.placement); height && ((site.corners.empty() && !tags) || height->robot.empty())) {
         return std::unique_ptr<CameraPost>();
     }
+    if (tags) post->tag_camera_ = std::make_unique<TagCamera>(site, camera);
+    if (tags && site.corners.empty()) return post;
     if (looks_for_corners(site, camera)) {
         auto corners = CornerCamera::for_camera(site, camera);
         if (!corners) return corners.error();
@@ -24,13 +28,14 @@ Result<std::unique_ptr<CameraPost>> CameraPost::create(const Site& site, const S
         post->observer_ = std::make_unique<OverheadObserver>(*view, site.robots);
         post->observer_->set_walls(site.walls);
         const bool tagged = std::any_of(site.robots.begin(), site.robots.end(), [](const SiteRobot& r) { return r.tag.has_value(); });
-        if (tagged) post->tags_.emplace();
+        if (tagged) post->tags_.emplace(site.tag_families());
     }
     return post;
 }
 
 int CameraPost::robot() const {
     if (locator_) return locator_->robot();
+    if (tag_camera_) return tag_camera_->robot();
     return corners_ ? corners_->robot() : -1;
 }
 
@@ -40,7 +45,9 @@ double CameraPost::look(const PictureView& frame, Nanoseconds time, const FrameH
     if (observer_) watch(frame, hints);
     // The ranges of that moment tell like landmarks and like corners apart.
     if (locator_) locator_->locate(&frame.grey, hints.ranges, hints.expected, -1, onboard_);
-    if (corners_) {
+    if (tag_camera_) tag_camera_->look(frame.grey, by_tags_);
+    corner_.located.places.clear();
+    if (corners_ && by_tags_.located.places.empty()) {
         CameraHints camera_hints;
         if (hints.expected && hints.expected->yaw_known) {
             camera_hints.prediction = CameraHints::Prediction{hints.expected->pose, hints.expected->covariance};
@@ -76,6 +83,11 @@ void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
     if (locator_ && !onboard_.located.places.empty()) {
         tracker.see(time, id(), LandmarkSighting{locator_->robot(), onboard_.seen.landmarks, proposals_of(onboard_.located.places)});
     }
+    if (!by_tags_.located.places.empty() && by_tags_.located.places[0].weight >= likely) {
+        const PoseFromAbove above = seen_from_above(by_tags_.located.places[0].map_from_camera);
+        const PoseObservation pose{tag_camera_->robot(), above.pose, above.yaw_known, above.covariance};
+        tracker.see(time, id(), {&pose, 1});
+    }
     if (!corners_ || corner_.located.places.empty()) return;
     const auto& places = corner_.located.places;
     if (std::holds_alternative<Mount>(camera_.placement)) {
@@ -106,12 +118,13 @@ void CameraPost::add_outline(const SilhouetteObservation& outline) {
 
 const std::string& CameraPost::reason() const {
     if (observer_) return result_.reason;
-    return corners_ ? corner_.located.reason : onboard_.located.reason;
+    if (corners_) return corner_.located.reason;
+    return tag_camera_ ? by_tags_.located.reason : onboard_.located.reason;
 }
 
 void CameraPost::show(LumaView frame) {
     shown_frame_ = copy_of(frame);
-    shown_ = {result_.observations, onboard_, corner_};
+    shown_ = {result_.observations, onboard_, by_tags_, corner_};
 }
 
 }  // namespace roomfix

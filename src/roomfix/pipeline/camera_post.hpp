@@ -12,6 +12,7 @@
 #include "roomfix/pipeline/corner_camera.hpp"
 #include "roomfix/pipeline/frozen_picture.hpp"
 #include "roomfix/pipeline/onboard_locator.hpp"
+#include "roomfix/pipeline/tag_camera.hpp"
 
 namespace roomfix {
 
@@ -26,7 +27,8 @@ struct FrameHints {
     std::optional<PoseObservation> expected;  // where that robot should be
 };
 
-/// Fixed, with an observer of outlines; on a robot, with a locator of landmarks; or one that looks for corners.
+/// Fixed, with an observer of outlines; on a robot, with a locator of landmarks; or one that looks for tags, and where it sees none for
+/// corners.
 class CameraPost {
 public:
     /// Null for a camera that finds no robot. An error if what the site says about it does not fit together.
@@ -74,11 +76,13 @@ private:
     struct Seen {
         std::vector<SilhouetteObservation> outlines;
         OnboardResult onboard;
+        TagCameraResult by_tags;
         CornerCameraResult corner;
     };
     CameraPost(const SiteCamera& camera, const std::vector<SiteRobot>& robots) : camera_(camera), robots_(robots) {}
     void watch(const PictureView& frame, const FrameHints& hints);
     nlohmann::json landmark_drawing() const;
+    nlohmann::json tag_drawing() const;
     nlohmann::json corner_drawing() const;
 
     SiteCamera camera_;
@@ -87,11 +91,13 @@ private:
     std::unique_ptr<OverheadObserver> observer_;
     std::optional<TagDetector> tags_;  // of robots that wear one
     std::unique_ptr<OnboardLocator> locator_;
+    std::unique_ptr<TagCamera> tag_camera_;
     std::unique_ptr<CornerCamera> corners_;
     OverheadResult result_;
     std::vector<PoseObservation> poses_;
     std::vector<TagSighting> tagged_;
     OnboardResult onboard_;
+    TagCameraResult by_tags_;
     CornerCameraResult corner_;
     LumaImage shown_frame_;
     Seen shown_;

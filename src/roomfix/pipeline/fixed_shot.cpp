@@ -20,7 +20,7 @@ constexpr std::size_t enough_to_learn = 10;  // images that are their own backgr
 class SingleShot {
 public:
     SingleShot(const Site& site, const SiteCamera& camera, const View& view, LearnedBackground background)
-        : site_(site), camera_(camera.id), observer_(view, site.robots) {
+        : site_(site), camera_(camera.id), observer_(view, site.robots), tags_(site.tag_families()) {
         observer_.set_walls(site.walls);
         observer_.set_background(std::move(background.grey), std::move(background.colour));
     }

@@ -36,12 +36,12 @@ void add_tags(const Site& site, LumaView picture, std::vector<FloorSource>& sour
         if (std::holds_alternative<Tag>(landmark.kind) && std::abs(at.translation().z()) < on_floor && at.linear()(2, 2) > lies_flat) flat.push_back(&landmark);
     }
     if (flat.empty()) return;
-    TagDetector detector;
+    TagDetector detector(site.tag_families());
     std::vector<SeenTag> seen;
     detector.detect(picture, seen);
     for (const SeenTag& tag : seen) {
         for (const SiteLandmark* landmark : flat) {
-            if (std::get<Tag>(landmark->kind).number != tag.number) continue;
+            if (!std::get<Tag>(landmark->kind).is(tag.family, tag.number)) continue;
             FloorSource source{"tag " + landmark->id};
             const auto corners = map_points(*landmark);
             source.place_sigma = landmark->sigma;

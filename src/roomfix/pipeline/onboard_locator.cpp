@@ -38,7 +38,7 @@ Result<std::unique_ptr<OnboardLocator>> OnboardLocator::for_camera(const Site& s
     made->observer_.emplace(on_robot, mount->has_covariance, site.landmarks);
     made->shapes_ = landmark_shapes(site.landmarks);
     const auto is_tag = [](const SiteLandmark& l) { return std::holds_alternative<Tag>(l.kind); };
-    if (std::any_of(site.landmarks.begin(), site.landmarks.end(), is_tag)) made->tags_.emplace();
+    if (std::any_of(site.landmarks.begin(), site.landmarks.end(), is_tag)) made->tags_.emplace(site.tag_families());
     made->locator_ = std::make_unique<RobotLocator>(site, *robot, on_robot);
     return made;
 }
@@ -58,7 +58,7 @@ void OnboardLocator::add_tags(LumaView frame, std::vector<LandmarkObservation>& 
     for (const SeenTag& tag : seen_tags_) {
         for (std::size_t s = 0; s < shapes_.size(); ++s) {
             const auto* known = std::get_if<Tag>(&shapes_[s].kind);
-            if (!known || known->number != tag.number) continue;
+            if (!known || !known->is(tag.family, tag.number)) continue;
             LandmarkObservation observation;
             for (const auto& corner : tag.corners) observation.points.push_back({corner, variance * Eigen::Matrix2d::Identity()});
             observation.shapes.push_back(static_cast<int>(s));

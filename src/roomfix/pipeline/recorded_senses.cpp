@@ -1,6 +1,7 @@
 #include "roomfix/pipeline/recorded_senses.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "roomfix/connect/range_source.hpp"
@@ -57,6 +58,23 @@ Result<RecordedSenses> RecordedSenses::load(const Site& site) {
     sort_by_time(senses.odometry_.poses);
     sort_by_time(senses.sightings_.sightings);
     return senses;
+}
+
+Senses RecordedSenses::of(int robot) const {
+    Senses own;
+    const auto pick = [robot](const auto& all, auto& some) {
+        std::copy_if(all.begin(), all.end(), std::back_inserter(some), [robot](const auto& o) { return o.robot == robot; });
+    };
+    pick(ranges_.ranges, own.ranges);
+    pick(ranges_.differences, own.differences);
+    pick(sightings_.sightings, own.sightings);
+    pick(odometry_.poses, own.odometry);
+    return own;
+}
+
+void RecordedSenses::drop_odometry(int robot, const std::string& why) {
+    std::erase_if(odometry_.poses, [robot](const OdometryObservation& o) { return o.robot == robot; });
+    problems_.push_back(why);
 }
 
 void RecordedSenses::tell_until(Nanoseconds time, const SenseListener& listener) {

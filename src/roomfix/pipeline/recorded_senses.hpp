@@ -20,6 +20,16 @@ struct SenseListener {
     std::function<void(const SightingBatch&)> detects;
 };
 
+/// What one robot sensed, each kind in the order of its times.
+struct Senses {
+    std::vector<RangeObservation> ranges;
+    std::vector<RangeDifferenceObservation> differences;
+    std::vector<SightingObservation> sightings;
+    std::vector<OdometryObservation> odometry;
+
+    bool empty() const { return ranges.empty() && differences.empty() && sightings.empty(); }
+};
+
 class RecordedSenses {
 public:
     /// Reads all files that the site names, each once: one may hold the readings of several robots. An error names the file.
@@ -27,6 +37,10 @@ public:
 
     /// Tells what lies between the last call's time and this one, as it would have come.
     void tell_until(Nanoseconds time, const SenseListener& listener);
+    /// All that one robot sensed.
+    Senses of(int robot) const;
+    /// Before any of it was told: what this robot's wheels said cannot be used.
+    void drop_odometry(int robot, const std::string& why);
     /// Lines that could not be used, as sentences.
     const std::vector<std::string>& problems() const { return problems_; }
 

@@ -6,6 +6,7 @@
 
 #include "roomfix/base/number.hpp"
 #include "roomfix/pipeline/corner_camera.hpp"
+#include "roomfix/pipeline/tag_camera.hpp"
 
 namespace roomfix {
 
@@ -37,6 +38,7 @@ Result<Shot> prepare_shot(const Site& site, const SiteCamera& camera, const Shot
         return Error{fmt::format("--corner and --heading-deg go with a camera that has 'height' or 'mount'; {} is fixed in the map", camera.id)};
     }
     if (!options.landmark.empty() && for_corners) return Error{fmt::format("--landmark does not go with camera {}, which looks for corners", camera.id)};
+    if (looks_for_tags(site, camera) && options.corner.empty() && !options.published) return prepare_tag_shot(site, camera, options);
     if (for_corners) return prepare_corner_shot(site, camera, options);
     if (site.robots.empty()) return Error{"the site has no robot: add one under 'robots' with its shape and size"};
     if (on_robot) return prepare_onboard_shot(site, camera, options);

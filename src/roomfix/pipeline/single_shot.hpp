@@ -35,10 +35,11 @@ struct Shot {
 /// Chooses by the camera's placement: fixed in the map, on a robot, or of known height. An error where an option does not go with it.
 Result<Shot> prepare_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
 
-/// The three kinds.
+/// The four kinds.
 Result<Shot> prepare_fixed_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
 Result<Shot> prepare_onboard_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
 Result<Shot> prepare_corner_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
+Result<Shot> prepare_tag_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
 
 /// A fix that says why there is none; its time is the picture's name, if that is a number.
 Fix empty_fix(const std::string& image, const std::string& reason);

@@ -10,6 +10,7 @@
 
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/pipeline/input_doctor.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 
@@ -360,7 +361,22 @@ void SiteRunner::detect(const SightingBatch& batch) {
 void SiteRunner::drive(const OdometryBatch& batch) {
     const std::lock_guard lock(mutex_);
     add_problems(batch.problems);
-    for (const OdometryObservation& pose : batch.poses) tracker_.drive(pose);
+    for (const OdometryObservation& pose : batch.poses) {
+        tracker_.drive(pose);
+        if (!wheels_give_fix(pose.robot, pose.time)) continue;
+        const std::string& driven = site_.robots[static_cast<std::size_t>(pose.robot)].id;
+        pass_on(
+            pose.time, [&](const Fix& fix) { return fix.robot == driven; }, {});
+    }
+}
+
+/// A robot that its own senses found has fixes at an even rate, however seldom it hears or sees something. The mutex is held.
+bool SiteRunner::wheels_give_fix(int robot, Nanoseconds time) const {
+    constexpr double interval = 0.1;  // s
+    const Track* track = tracker_.track(robot);
+    if (track == nullptr || track->searched == never || time < track->time) return false;
+    const auto last = last_given_.find(site_.robots[static_cast<std::size_t>(robot)].id);
+    return last == last_given_.end() || to_seconds(time - last->second) >= interval;
 }
 
 std::vector<std::string> SiteRunner::line_problems() const {
@@ -379,6 +395,17 @@ std::vector<std::string> SiteRunner::robots_not_found() const {
         if (!reason.empty()) reasons.push_back(fmt::format("robot {}: {}", id, reason));
     }
     return reasons;
+}
+
+std::vector<std::string> SiteRunner::suspicious_inputs() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::string> told;
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        const int robot = static_cast<int>(r);
+        if (site_.robots[r].many) continue;
+        for (const std::string& suspicion : suspicions(tracker_, robot, recorded_.of(robot))) told.push_back(suspicion);
+    }
+    return told;
 }
 
 TrackerCounts SiteRunner::tracker_counts() const {
@@ -422,8 +449,16 @@ void SiteRunner::listen(const std::string& device, int robot, int receiver, cons
     }
 }
 
-/// Gives the fixes of a time to the file and, not too often, to the page. The mutex is held.
-void SiteRunner::pass_on(Nanoseconds time, const std::string& camera, const LatencyParts& parts) {
+/// A source speaks for the robots that it sees or that hear by it, and for those that nothing sees or hears. The mutex is held.
+void SiteRunner::pass_on(Nanoseconds time, const std::string& source, const LatencyParts& parts) {
+    const auto is_due = [&](const Fix& fix) {
+        return fix.status != FixStatus::ok || std::find(fix.sources.begin(), fix.sources.end(), source) != fix.sources.end();
+    };
+    pass_on(time, is_due, parts);
+}
+
+/// Gives the fixes of a time that are due to the file and, not too often, to the page. The mutex is held.
+void SiteRunner::pass_on(Nanoseconds time, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts) {
     const double before = wall_clock();
     std::vector<Fix> fixes = tracker_.fixes(time);
     std::vector<Fix> given;
@@ -432,9 +467,8 @@ void SiteRunner::pass_on(Nanoseconds time, const std::string& camera, const Late
         const bool said = fix.status == FixStatus::none && last == FixStatus::none;
         last = fix.status;
         if (said) continue;
-        // A frame speaks for the robots that its own camera sees; the others' cameras speak for theirs.
-        const bool seen_here = std::find(fix.sources.begin(), fix.sources.end(), camera) != fix.sources.end();
-        if (!seen_here && fix.status == FixStatus::ok) continue;
+        if (!is_due(fix)) continue;
+        last_given_[fix.robot] = time;
         fix.latency = latency(time);
         if (fix.latency && parts.looking > 0) {
             fix.latency_parts = parts;
@@ -472,6 +506,11 @@ Result<void> SiteRunner::run_sources(std::vector<std::unique_ptr<FrameSource>> s
     auto recorded = RecordedSenses::load(site_);
     if (!recorded) return recorded.error();
     recorded_ = std::move(*recorded);
+    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
+        const int robot = static_cast<int>(r);
+        const std::string wrong = wrong_units(recorded_.of(robot).odometry, site_.robots[r]);
+        if (!wrong.empty()) recorded_.drop_odometry(robot, wrong);
+    }
     add_problems(recorded_.problems());
     std::vector<std::thread> threads;
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {

@@ -102,6 +102,8 @@ public:
     long fixes_given() const { return output_.given(); }
     /// Lines of range and odometry sources that could not be used, as sentences; at most some of them.
     std::vector<std::string> line_problems() const;
+    /// After a recording: what seems to be wrong with the robots' own senses as they were given, as sentences with the cure.
+    std::vector<std::string> suspicious_inputs() const;
     /// Robots that are lost at the end, or were never found, each with why.
     std::vector<std::string> robots_not_found() const;
     const StageTimes& stage_times() const { return times_; }
@@ -151,7 +153,9 @@ private:
     void listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop);
     void tell_until(Nanoseconds time);
     void add_problems(const std::vector<std::string>& problems);
-    void pass_on(Nanoseconds time, const std::string& camera, const LatencyParts& parts = {});
+    void pass_on(Nanoseconds time, const std::string& source, const LatencyParts& parts = {});
+    void pass_on(Nanoseconds time, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts);
+    bool wheels_give_fix(int robot, Nanoseconds time) const;
     std::string state_json(Nanoseconds time, const std::vector<Fix>& fixes) const;
     nlohmann::json ranges_json(Nanoseconds time) const;
     std::string site_json() const;
@@ -167,6 +171,7 @@ private:
     mutable std::mutex mutex_;  // guards the tracker, the sinks, the stations' states and what is shown
     Tracker tracker_;
     std::map<std::string, FixStatus> last_status_;  // of each robot, to say only once that it is lost
+    std::map<std::string, Nanoseconds> last_given_;  // when each robot got its last fix
     FixOutput output_;
     bool smoothing_ = false;
     std::vector<Fix> kept_;  // for smoothing

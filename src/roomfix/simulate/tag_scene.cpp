@@ -17,9 +17,9 @@ constexpr double white = 200;
 }  // namespace
 
 void paint_tag(const View& view, const Eigen::Isometry3d& map_from_tag, const Tag& tag, double noise, std::uint64_t index, LumaImage& frame) {
-    const LumaImage bits = tag_picture(tag.number);  // 10 x 10, the black square is the inner 8 x 8
-    const double bit = tag.size / 8;
-    const double half = 5 * bit;
+    const auto [bits, square] = tag_picture(tag.family, tag.number);
+    const double bit = tag.size / square;
+    const double half = 0.5 * bits.width() * bit;
     Eigen::AlignedBox2d box;
     for (const auto& [x, y] : {std::pair{-half, -half}, {half, -half}, {half, half}, {-half, half}}) {
         const auto pixel = project_map_point(view, map_from_tag * Eigen::Vector3d(x, y, 0));
@@ -42,8 +42,8 @@ void paint_tag(const View& view, const Eigen::Isometry3d& map_from_tag, const Ta
                 const Eigen::Vector3d direction = tag_from_camera * ray->homogeneous();
                 const Eigen::Vector2d place = eye.head<2>() - direction.head<2>() * (eye.z() / direction.z());
                 const bool ahead = direction.z() < 0;
-                const int column = static_cast<int>(std::floor(place.x() / bit)) + 5;
-                const int row = 4 - static_cast<int>(std::floor(place.y() / bit));
+                const int column = static_cast<int>(std::floor((place.x() + half) / bit));
+                const int row = static_cast<int>(std::floor((half - place.y()) / bit));
                 const bool on_paper = ahead && column >= 0 && row >= 0 && column < bits.width() && row < bits.height();
                 sum += on_paper ? (bits.row(row)[column] > 127 ? white : black) : frame.row(v)[u];
             }

@@ -114,16 +114,16 @@ std::string removed(std::string_view text, const Entry& entry, bool flow) {
     return std::string(text.substr(0, from)) + std::string(text.substr(to));
 }
 
-std::string added(std::string_view text, const Entry& last, int column, const CameraValue& value, bool flow) {
+std::string added(std::string_view text, const Entry& last, int column, const SiteValue& value, bool flow) {
     if (flow) return std::string(text.substr(0, last.end)) + fmt::format(", {}: {}", value.key, value.value) + std::string(text.substr(last.end));
     const std::size_t line_end = std::min(text.find('\n', last.end), text.size());
     return std::string(text.substr(0, line_end)) + fmt::format("\n{:{}}{}: {}", "", column, value.key, value.value) + std::string(text.substr(line_end));
 }
 
 /// One change; the text is read anew for each, since places move.
-Result<std::string> with_value(const std::string& text, const std::string& camera, const CameraValue& value) {
-    const YAML::Node map = YAML::Load(text)["cameras"][camera];
-    if (!map.IsDefined() || !map.IsMap() || map.size() == 0) return Error{fmt::format("the file has no cameras.{} to write to", camera)};
+Result<std::string> with_value(const std::string& text, const SiteEdit& edit, const SiteValue& value) {
+    const YAML::Node map = YAML::Load(text)[edit.section][edit.id];
+    if (!map.IsDefined() || !map.IsMap() || map.size() == 0) return Error{fmt::format("the file has no {}.{} to write to", edit.section, edit.id)};
     const bool flow = map.Style() == YAML::EmitterStyle::Flow;
     const auto entries = entries_of(text, map, flow);
     for (const auto& [key, entry] : entries) {
@@ -135,11 +135,11 @@ Result<std::string> with_value(const std::string& text, const std::string& camer
 
 }  // namespace
 
-Result<std::string> with_camera_values(std::string_view text, const std::string& camera, const std::vector<CameraValue>& values) {
+Result<std::string> with_values(std::string_view text, const SiteEdit& edit) {
     try {
         std::string changed(text);
-        for (const CameraValue& value : values) {
-            auto next = with_value(changed, camera, value);
+        for (const SiteValue& value : edit.values) {
+            auto next = with_value(changed, edit, value);
             if (!next) return next;
             changed = std::move(*next);
         }
@@ -149,12 +149,12 @@ Result<std::string> with_camera_values(std::string_view text, const std::string&
     }
 }
 
-Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::vector<CameraEdit>& edits) {
+Result<std::filesystem::path> write_site_values(const std::filesystem::path& file, const std::vector<SiteEdit>& edits) {
     const auto text = read_text(file);
     if (!text) return text.error();
     auto changed = text;
-    for (const CameraEdit& edit : edits) {
-        changed = with_camera_values(*changed, edit.camera, edit.values);
+    for (const SiteEdit& edit : edits) {
+        changed = with_values(*changed, edit);
         if (!changed) return Error{fmt::format("{}: {}", file.string(), changed.error().message)};
     }
     const auto write = [](const std::filesystem::path& target, const std::string& content) {

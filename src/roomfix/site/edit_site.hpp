@@ -10,22 +10,23 @@
 
 namespace roomfix {
 
-/// A key of a camera and its new value as YAML on one line; without a value the key goes.
-struct CameraValue {
+/// A key of a camera or a robot and its new value as YAML on one line; without a value the key goes.
+struct SiteValue {
     std::string key;
     std::string value;
 };
 
-/// The text of a site file with keys of cameras.CAMERA replaced, added after the others, or removed. An error if there is no such camera.
-Result<std::string> with_camera_values(std::string_view text, const std::string& camera, const std::vector<CameraValue>& values);
-
-struct CameraEdit {
-    std::string camera;
-    std::vector<CameraValue> values;
+struct SiteEdit {
+    std::string id;
+    std::vector<SiteValue> values;
+    std::string section = "cameras";  // or "robots"
 };
 
-/// Does that to a file, for several cameras. The file as it was is kept beside it, its name followed by the date and time; returns that name.
+/// The text of a site file with keys of SECTION.ID replaced, added after the others, or removed. An error if there is nothing of that id.
+Result<std::string> with_values(std::string_view text, const SiteEdit& edit);
+
+/// Does that to a file, several times. The file as it was is kept beside it, its name followed by the date and time; returns that name.
 /// Nothing is changed unless all of it can be written.
-Result<std::filesystem::path> write_camera_values(const std::filesystem::path& file, const std::vector<CameraEdit>& edits);
+Result<std::filesystem::path> write_site_values(const std::filesystem::path& file, const std::vector<SiteEdit>& edits);
 
 }  // namespace roomfix

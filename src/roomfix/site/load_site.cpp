@@ -48,10 +48,11 @@ void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
     }
 }
 
-/// A camera of known height looks up to corners.
+/// A camera of known height is placed by the corners and tags that it sees.
 void check_height(YamlReader& reader, const YAML::Node& node, const SiteCamera& camera, const KnownHeight& known, const Site& site) {
-    if (site.corners.empty()) {
-        reader.warn(node["height"], fmt::format("cameras.{} has only a height: without 'corners' in the file nothing can place it", camera.id));
+    const auto is_tag = [](const SiteLandmark& l) { return std::holds_alternative<Tag>(l.kind); };
+    if (site.corners.empty() && std::none_of(site.landmarks.begin(), site.landmarks.end(), is_tag)) {
+        reader.warn(node["height"], fmt::format("cameras.{} has only a height: without 'corners' or tags under 'landmarks' nothing can place it", camera.id));
     }
     for (const SiteCorner& corner : site.corners) {
         if (corner.position.z() > known.height + 0.01) continue;

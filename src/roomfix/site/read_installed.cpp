@@ -38,7 +38,7 @@ void read_tag_landmark(YamlReader& reader, const YAML::Node& node, const std::st
     landmark.map_from_landmark = tag_pose(position, yaw, facing == "wall" ? Facing::wall : facing == "up" ? Facing::up : Facing::down);
     for (const SiteLandmark& other : site.landmarks) {
         const auto* tag = std::get_if<Tag>(&other.kind);
-        if (tag && std::holds_alternative<Tag>(landmark.kind) && tag->number == std::get<Tag>(landmark.kind).number) {
+        if (tag && std::holds_alternative<Tag>(landmark.kind) && std::get<Tag>(landmark.kind).is(tag->family, tag->number)) {
             reader.error(node["tag"], fmt::format("{}.tag: tag {} is landmark {} already: print another number", what, tag->number, other.id));
         }
     }
@@ -46,26 +46,27 @@ void read_tag_landmark(YamlReader& reader, const YAML::Node& node, const std::st
 
 void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "landmarks." + id;
-    if (!reader.map(node, what, {"position", "yaw_deg", "legs", "tag", "size", "facing", "beacon", "sigma"})) return;
+    if (!reader.map(node, what, {"position", "yaw_deg", "legs", "tag", "family", "size", "facing", "beacon", "sigma", "tilt_sigma_deg"})) return;
     SiteLandmark landmark{id};
     const Eigen::Vector3d position = reader.point3(reader.required(node, "position", what), what + ".position").value_or(Eigen::Vector3d::Zero());
     const double yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
     const bool is_tag = node["tag"].IsDefined();
     if (is_tag && node["legs"].IsDefined()) {
-        reader.error(node, fmt::format("{} needs only one of legs: [a, b] (three LEDs) or tag: number and size: edge (an AprilTag)", what));
+        reader.error(node, fmt::format("{} needs only one of legs: [a, b] (three LEDs) or tag: number and size: edge (a square tag)", what));
     } else if (is_tag) {
         read_tag_landmark(reader, node, what, position, yaw, landmark, site);
     } else {
         landmark.kind = PointMark{};
         if (const auto legs = reader.numbers(node["legs"], what + ".legs", 2, 0.001, 10)) landmark.kind = LedTriangle{(*legs)[0], (*legs)[1]};
         landmark.map_from_landmark = Eigen::Translation3d(position) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
-        for (const char* other : {"size", "facing"}) {
+        for (const char* other : {"family", "size", "facing", "tilt_sigma_deg"}) {
             if (node[other].IsDefined())
                 reader.error(node[other], fmt::format("{}.{} belongs to a tag: give the tag's number as {}.tag; three LEDs have legs, a mere point neither",
                                                       what, other, what));
         }
     }
     landmark.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(landmark.sigma);
+    if (const auto tilt = reader.number(node["tilt_sigma_deg"], what + ".tilt_sigma_deg", 0, 45)) landmark.tilt_sigma = radians(*tilt);
     landmark.beacon = reader.text(node["beacon"], what + ".beacon").value_or("");
     const bool known = std::any_of(site.beacons.begin(), site.beacons.end(), [&](const auto& b) { return b.id == landmark.beacon; });
     if (!landmark.beacon.empty() && !known) {

@@ -66,7 +66,7 @@ WheelOdometry read_odometry(YamlReader& reader, const YAML::Node& node, const st
 
 /// A tag on the robot's top: its upper edge points forward at yaw 0.
 void read_robot_tag(YamlReader& reader, const YAML::Node& node, const std::string& what, SiteRobot& robot) {
-    if (!reader.map(node, what, {"id", "size", "position", "yaw_deg"})) return;
+    if (!reader.map(node, what, {"id", "family", "size", "position", "yaw_deg"})) return;
     robot.tag = read_tag(reader, node, "id", what);
     const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
     const double yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));

@@ -1,15 +1,24 @@
 #include "roomfix/site/read_tag.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace roomfix {
 
 std::optional<Tag> read_tag(YamlReader& reader, const YAML::Node& node, const char* number_key, const std::string& what) {
-    constexpr int last = 586;  // of tag36h11
-    const auto number = reader.integer(reader.required(node, number_key, what), what + "." + number_key, 0, last);
+    Tag tag;
+    if (const auto name = reader.text(node["family"], what + ".family")) {
+        const auto family = tag_family_named(*name);
+        if (!family) reader.error(node["family"], fmt::format("{}.family is '{}': write one of {}", what, *name, fmt::join(tag_family_names(), ", ")));
+        tag.family = family.value_or(tag.family);
+    }
+    const auto number = reader.integer(reader.required(node, number_key, what), what + "." + number_key, 0, tag_count(tag.family) - 1);
     const auto size = reader.number(reader.required(node, "size", what), what + ".size", 0.005, 10);
     if (!number || !size) return std::nullopt;
-    return Tag{*number, *size};
+    tag.number = *number;
+    tag.size = *size;
+    return tag;
 }
 
 Eigen::Isometry3d tag_pose(const Eigen::Vector3d& position, double yaw, Facing facing) {

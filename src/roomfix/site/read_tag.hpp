@@ -1,4 +1,4 @@
-// AprilTags in a site file: on robots and on walls, floor and ceiling.
+// Square tags in a site file: on robots and on walls, floor and ceiling.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,7 +10,7 @@
 
 namespace roomfix {
 
-/// Number and size; what is wrong goes to the reader. `number_key`: under which the number stands.
+/// Number, size and family; what is wrong goes to the reader. `number_key`: under which the number stands.
 std::optional<Tag> read_tag(YamlReader& reader, const YAML::Node& node, const char* number_key, const std::string& what);
 
 enum class Facing { down, up, wall };

@@ -22,6 +22,20 @@ IntrinsicsErrors SiteCamera::intrinsics_errors() const {
     return errors;
 }
 
+std::vector<TagFamily> Site::tag_families() const {
+    std::vector<TagFamily> families;
+    const auto add = [&](const Tag& tag) {
+        if (std::find(families.begin(), families.end(), tag.family) == families.end()) families.push_back(tag.family);
+    };
+    for (const SiteLandmark& landmark : landmarks) {
+        if (const auto* tag = std::get_if<Tag>(&landmark.kind)) add(*tag);
+    }
+    for (const SiteRobot& robot : robots) {
+        if (robot.tag) add(*robot.tag);
+    }
+    return families;
+}
+
 CameraOnRobot camera_on_robot(const SiteCamera& camera, const Mount& mount) { return {camera.model, mount.robot_from_camera, camera.intrinsics_errors()}; }
 
 Result<KnownPose> known_pose(const SiteCamera& camera, std::string* note) {

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "roomfix/base/tag_family.hpp"
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/geometry/floor_points.hpp"
 #include "roomfix/geometry/onboard_view.hpp"
@@ -78,10 +79,13 @@ struct ConvexPart {
 
 struct LearnedBody;
 
-/// A printed AprilTag of the family tag36h11. Its own frame: x to the right and y up as it is read, z out of the paper.
+/// A printed square tag. Its own frame: x to the right and y up as it is read, z out of the paper.
 struct Tag {
     int number = 0;
-    double size = 0;  // m, edge of the black square
+    double size = 0;  // m, edge of the square whose corners are read: where black and white meet all around
+    TagFamily family = TagFamily::tag36h11;
+
+    bool is(TagFamily seen_family, int seen_number) const { return family == seen_family && number == seen_number; }
 };
 
 /// The listener on a robot that measures ranges to beacons.
@@ -154,21 +158,23 @@ struct SiteLandmark {
     std::string id;
     LandmarkKind kind;
     Eigen::Isometry3d map_from_landmark = Eigen::Isometry3d::Identity();
-    double sigma = 0.002;  // m: how well each coordinate of its position is known
-    std::string beacon;    // the beacon that sits there, if any
+    double sigma = 0.002;      // m: how well each coordinate of its position is known
+    double tilt_sigma = 0.01;  // rad: of a tag, how well its turn about each of its axes is known
+    std::string beacon;        // the beacon that sits there, if any
 };
 struct SiteBeacon {
     std::string id;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     std::string address;  // what the beacon calls itself, if not its id
 };
-/// Where two walls meet the ceiling, or a moulding's lower edge.
+/// Where two walls meet the ceiling.
 struct SiteCorner {
     std::string id;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
     double yaw = 0;                                      // rad, of its x edge: along one wall into the room
     double wall_angle = std::numbers::pi / 2;            // rad: its y edge runs so far to the left of the x edge
     double sigma = 0.005;                                // m: how well each coordinate of its position is known
+    double moulding = 0;                                 // m: height of a moulding below the ceiling, along both walls; 0: none is known
 };
 
 struct WebOutput {
@@ -196,6 +202,8 @@ struct Site {
     std::vector<SiteCorner> corners;
     Outputs outputs;
 
+    /// The families of the tags on landmarks and robots, each once.
+    std::vector<TagFamily> tag_families() const;
     const SiteCamera* camera(const std::string& id) const {
         for (const auto& c : cameras) {
             if (c.id == id) return &c;

@@ -117,21 +117,9 @@ std::string robot_text(const SiteRobot& robot) {
     std::string text =
         fmt::format("  {}:\n    {{{}, size_sigma: {}{}", robot.id, body_text(robot), number_text(robot.size_sigma), robot.many ? ", count: many" : "");
     if (robot.drive != Drive::unknown) text += robot.drive == Drive::differential ? ", drive: differential" : ", drive: holonomic";
-    if (robot.odometry) {
-        text += fmt::format(",\n     odometry: {{scale_sigma: {}, turn_scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
-                            number_text(robot.odometry->turn_scale_sigma), number_text(robot.odometry->drift_sigma),
-                            robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source);
-    }
-    if (robot.receivers.size() == 1 && robot.receivers[0].id.empty()) {
-        text += ",\n     receiver: " + receiver_text(robot.receivers[0], robot);
-    } else if (!robot.receivers.empty()) {
-        text += ",\n     receivers: {";
-        for (const Receiver& r : robot.receivers) text += fmt::format("{}{}: {}", &r == robot.receivers.data() ? "" : ", ", r.id, receiver_text(r, robot));
-        text += "}";
-    }
-    if (robot.detector) text += ",\n     detector: " + detector_text(*robot.detector);
+    for (const auto& [key, value] : senses_text(robot)) text += fmt::format(",\n     {}: {}", key, value);
     if (robot.tag) {
-        text += fmt::format(",\n     tag: {{id: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, number_text(robot.tag->size),
+        text += fmt::format(",\n     tag: {{id: {}, family: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, name_of(robot.tag->family), number_text(robot.tag->size),
                             list_text(robot.robot_from_tag.translation()), number_text(yaw_of(robot.robot_from_tag.linear().col(1))));
     }
     return text + "}\n";
@@ -145,16 +133,35 @@ std::string landmark_text(const SiteLandmark& landmark) {
     } else if (const auto* tag = std::get_if<Tag>(&landmark.kind)) {
         const double out = pose.linear()(2, 2);
         const bool wall = std::abs(out) < 0.5;
-        text += fmt::format(", yaw_deg: {}, tag: {}, size: {}, facing: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag->number,
-                            number_text(tag->size),
+        text += fmt::format(", yaw_deg: {}, tag: {}, family: {}, size: {}, facing: {}, tilt_sigma_deg: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))),
+                            tag->number, name_of(tag->family), number_text(tag->size),
                             wall      ? "wall"
                             : out > 0 ? "up"
-                                      : "down");
+                                      : "down",
+                            number_text(degrees(landmark.tilt_sigma)));
     }
     return text + (landmark.beacon.empty() ? "" : ", beacon: " + landmark.beacon) + "}\n";
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> senses_text(const SiteRobot& robot) {
+    std::vector<std::pair<std::string, std::string>> all;
+    if (robot.odometry) {
+        all.emplace_back("odometry", fmt::format("{{scale_sigma: {}, turn_scale_sigma: {}, drift_sigma: {}{}}}", number_text(robot.odometry->scale_sigma),
+                                                 number_text(robot.odometry->turn_scale_sigma), number_text(robot.odometry->drift_sigma),
+                                                 robot.odometry->source.empty() ? "" : ", source: " + robot.odometry->source));
+    }
+    if (robot.receivers.size() == 1 && robot.receivers[0].id.empty()) {
+        all.emplace_back("receiver", receiver_text(robot.receivers[0], robot));
+    } else if (!robot.receivers.empty()) {
+        std::string text;
+        for (const Receiver& r : robot.receivers) text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", r.id, receiver_text(r, robot));
+        all.emplace_back("receivers", "{" + text + "}");
+    }
+    if (robot.detector) all.emplace_back("detector", detector_text(*robot.detector));
+    return all;
+}
 
 std::string mount_text(const Mount& mount, const CameraModel& model) {
     return fmt::format("{{robot: {}, {}{}{}}}", mount.robot, transform_text(mount.robot_from_camera.pose),

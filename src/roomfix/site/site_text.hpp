@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "roomfix/site/site.hpp"
 
@@ -14,6 +16,8 @@ std::string site_text(const Site& site);
 std::string mount_text(const Mount& mount, const CameraModel& model);
 std::string pose_text(const KnownPose& known, const CameraModel& model);
 std::string intrinsics_text(const CameraModel& model, const IntrinsicsMatrix& covariance);
+/// A robot's odometry, receiver or receivers, and detector, as it has them: key and value, each on one line.
+std::vector<std::pair<std::string, std::string>> senses_text(const SiteRobot& robot);
 std::string distortion_text(const CameraModel& model);
 
 }  // namespace roomfix
