@@ -56,7 +56,7 @@ std::vector<Eigen::Isometry3d> TagLocator::starts(const SeenTag& seen, const Sit
     std::vector<FloorPoint> corners;
     const auto own = own_points(tag.kind);
     for (std::size_t i = 0; i < own.size(); ++i) corners.push_back({seen.corners[i], own[i].head<2>()});
-    const auto found = camera_pose_from_floor_points(model_, corners, settings_.corner_sigma);
+    const auto found = camera_pose_from_floor_points(model_, corners, std::sqrt(seen.covariance.diagonal().mean()));
     if (!found) return {};
     const Eigen::Isometry3d& tag_from_camera = found->map_from_camera.pose;
     const Eigen::Isometry3d other = tilted_the_other_way(tag_from_camera.inverse()).inverse();
@@ -89,9 +89,7 @@ std::optional<TagLocator::Linearised> TagLocator::linearise(std::span<const Seen
                 -landmark.tilt_sigma * j.by_point * skew(points[k] - landmark.map_from_landmark.translation());
             if (view.intrinsics_uncertain) by_intrinsics.middleRows<2>(2 * i) = j.by_intrinsics;
         }
-        Matrix8d noise = by_tag * by_tag.transpose();
-        noise.diagonal().array() += settings_.corner_sigma * settings_.corner_sigma;
-        const Eigen::LLT<Matrix8d> solver(noise);
+        const Eigen::LLT<Matrix8d> solver(tag.covariance + by_tag * by_tag.transpose());
         const Eigen::Matrix<double, 8, 6> weighted = solver.solve(by_pose);
         l.information += by_pose.transpose() * weighted;
         l.gradient += weighted.transpose() * residual;

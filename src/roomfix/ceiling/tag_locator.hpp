@@ -12,7 +12,6 @@
 namespace roomfix {
 
 struct TagLocatorSettings {
-    double corner_sigma = 0.08;   // px, of each corner's coordinates
     double another_tag = 45;      // chi-square of a tag's eight coordinates: beyond, it hangs elsewhere or was misread
     double unexplained = 12;      // nats that such a tag costs a place
     double least_weight = 1e-3;   // of a place

@@ -23,6 +23,7 @@ struct SeenTag {
     TagFamily family = TagFamily::tag36h11;
     int number = 0;
     std::array<Eigen::Vector2d, 4> corners;  // px, where black and white meet, as it is read: bottom left, bottom right, top right, top left
+    Eigen::Matrix<double, 8, 8> covariance = 0.08 * 0.08 * Eigen::Matrix<double, 8, 8>::Identity();  // px^2, of u, v of each corner
 };
 
 class TagDetector {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "roomfix/geometry/seen_from_above.hpp"
+#include "roomfix/imaging/tag_refiner.hpp"
 
 namespace roomfix {
 
@@ -11,12 +12,23 @@ bool looks_for_tags(const Site& site, const SiteCamera& camera) {
     return std::holds_alternative<KnownHeight>(camera.placement) && std::any_of(site.landmarks.begin(), site.landmarks.end(), is_tag);
 }
 
-TagCamera::TagCamera(const Site& site, const SiteCamera& camera) : site_(site), detector_(site.tag_families()), locator_(site, camera) {
+TagCamera::TagCamera(const Site& site, const SiteCamera& camera)
+    : site_(site), model_(camera.model), detector_(site.tag_families()), locator_(site, camera) {
+    for (const SiteLandmark& landmark : site.landmarks) {
+        const auto* tag = std::get_if<Tag>(&landmark.kind);
+        if (tag && can_read(tag->family)) printed_.emplace_back(*tag, tag_picture(tag->family, tag->number));
+    }
     if (const auto* known = std::get_if<KnownHeight>(&camera.placement)) robot_ = site.robot(known->robot).value_or(-1);
 }
 
 void TagCamera::look(LumaView frame, TagCameraResult& result) {
     detector_.detect(frame, result.seen);
+    for (SeenTag& seen : result.seen) {
+        for (const auto& [tag, picture] : printed_) {
+            if (!tag.is(seen.family, seen.number)) continue;
+            if (const auto refined = refine_tag(frame, model_, seen, picture)) seen = *refined;
+        }
+    }
     locator_.locate(result.seen, result.located);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "roomfix/ceiling/tag_locator.hpp"
+#include "roomfix/imaging/tag_detector.hpp"
 #include "roomfix/observation/fix.hpp"
 
 namespace roomfix {
@@ -24,6 +25,7 @@ public:
 
     /// Index of the robot that is where the camera is, -1: none.
     int robot() const { return robot_; }
+    /// Tags of the site are laid onto the picture as a whole, so that their corners are known to a few hundredths of a pixel.
     void look(LumaView frame, TagCameraResult& result);
     /// The landmark that a seen tag is; empty: none of the site.
     std::string name_of_tag(const SeenTag& seen) const;
@@ -32,6 +34,8 @@ public:
 
 private:
     Site site_;
+    CameraModel model_;
+    std::vector<std::pair<Tag, TagPicture>> printed_;  // the site's tags as they are printed
     TagDetector detector_;
     TagLocator locator_;
     int robot_ = -1;
