@@ -45,11 +45,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         default: {
             const auto truth = parse_truth(text);
             if (truth)
-                (void)judge(
-                    parse_fixes(
-                        R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []}
+                (void)judge(parse_fixes(
+                                R"({"time": 0.5, "robot": "r1", "status": "ok", "x": 0, "y": 0, "yaw": null, "covariance": [1,0,0,0,1,0,0,0,1], "sources": []}
 {"time": 0.5, "robot": null, "kind": "unknown", "id": "unknown-1", "status": "ok", "x": 0, "y": 0, "covariance": [1,0,0,0,1,0,0,0,1]})"),
-                    *truth);
+                            *truth);
         }
     }
     return 0;

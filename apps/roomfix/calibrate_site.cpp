@@ -142,7 +142,8 @@ int calibrate_site_command(const SiteArguments& arguments) {
 }  // namespace
 
 void add_calibrate_site(CLI::App& calibrate, int& exit_code) {
-    auto* site = calibrate.add_subcommand("site", "all cameras at once, and the sigmas of robots' own senses, from a recorded session in which robots drive through what they see");
+    auto* site = calibrate.add_subcommand(
+        "site", "all cameras at once, and the sigmas of robots' own senses, from a recorded session in which robots drive through what they see");
     auto arguments = std::make_shared<SiteArguments>();
     site->add_option("SESSION", arguments->session, "session folder, or a site file whose sources are recordings")->required();
     add_repeatable(*site, "--camera", arguments->cameras, "only this one is printed and written (default: all)");

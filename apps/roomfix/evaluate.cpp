@@ -58,8 +58,7 @@ struct SessionFindings {
     std::vector<SigmaAdvice> advice;
 };
 
-Result<SessionFindings> look_into(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth,
-                                                              const Eigen::Vector2d& point) {
+Result<SessionFindings> look_into(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth, const Eigen::Vector2d& point) {
     const auto site = load_session(session);
     if (!site) return site.error();
     auto runner = SiteRunner::create(*site);
@@ -93,7 +92,8 @@ int evaluate(const Arguments& arguments) {
         }
         session = std::move(*found);
     }
-    const ErrorReport report = judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .cutoff = arguments.cutoff, .point = *point}, session.bounds);
+    const ErrorReport report =
+        judge(*recorded, *truth, {.symmetry = radians(arguments.symmetry_deg), .cutoff = arguments.cutoff, .point = *point}, session.bounds);
     if (report.fixes.empty() && !report.without_point.empty()) {
         complain("no fix has a yaw, so that nobody knows where the point --point is: leave --point out, or give the truth of the robot's middle");
         return bad_input;
@@ -127,7 +127,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
                      "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether; robot unknown-1, ... is a person or a thing")
         ->required();
     command->add_option("--point", arguments->point, "X,Y,Z: the truth is about this point of the robot (m; x forward, y left, z up) and not about its middle");
-    command->add_option("--session", arguments->session, "session folder of the fixes: says how far they are from the best that its sources allow, and which stated sigmas are too small");
+    command->add_option("--session", arguments->session,
+                        "session folder of the fixes: says how far they are from the best that its sources allow, and which stated sigmas are too small");
     command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
     command->add_option("--json", arguments->json, "the same figures as JSON");
     command->add_option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");

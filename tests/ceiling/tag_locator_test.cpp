@@ -70,9 +70,8 @@ TEST(TagLocator, SixUnknownsAreAsWrongAsTheySay) {
     constexpr int looks = 60;
     for (int i = 0; i < looks; ++i) {
         room.hang(random);
-        const Eigen::Isometry3d truth =
-            perturbed(looking_at({random.uniform(1.2, 2.4), random.uniform(-0.6, 0.6), random.uniform(0.8, 1.8)}, {0, 0, 1.3}),
-                      (Vector6d() << 0, 0, 0, random.uniform(-0.2, 0.2), 0, 0).finished());
+        const Eigen::Isometry3d truth = perturbed(looking_at({random.uniform(1.2, 2.4), random.uniform(-0.6, 0.6), random.uniform(0.8, 1.8)}, {0, 0, 1.3}),
+                                                  (Vector6d() << 0, 0, 0, random.uniform(-0.2, 0.2), 0, 0).finished());
         const LocatedByTags located = room.locate(room.picture_from(truth, static_cast<std::uint64_t>(i)));
         ASSERT_FALSE(located.places.empty()) << i << ": " << located.reason;
         const UncertainPose3& found = located.places[0].map_from_camera;

@@ -17,8 +17,8 @@ Site site_with_posts() {
 }
 
 TEST(SightingSource, ReadsRangeAndBearingOrEitherAlone) {
-    const auto batch = parse_sightings("bearing,time,landmark,robot,range,range_sigma\n0.5,1.25,post2,r1,2.5,0.1\n,1.5,post1,r2,3,\n-0.2,1.75,,r1,,\n",
-                                       site_with_posts(), -1);
+    const auto batch =
+        parse_sightings("bearing,time,landmark,robot,range,range_sigma\n0.5,1.25,post2,r1,2.5,0.1\n,1.5,post1,r2,3,\n-0.2,1.75,,r1,,\n", site_with_posts(), -1);
     ASSERT_TRUE(batch) << batch.error().message;
     EXPECT_TRUE(batch->problems.empty());
     ASSERT_EQ(batch->sightings.size(), 3U);
@@ -52,8 +52,8 @@ TEST(SightingSource, ABadLineCostsItselfOnly) {
     ASSERT_TRUE(batch);
     EXPECT_EQ(batch->sightings.size(), 1U);
     ASSERT_EQ(batch->problems.size(), 7U);
-    const char* said[] = {"no time", "no robot 'r3'", "unknown landmark 'post9'", "no range", "is it in degrees?", "neither a range nor a bearing",
-                          "no standard deviation"};
+    const char* said[] = {
+        "no time", "no robot 'r3'", "unknown landmark 'post9'", "no range", "is it in degrees?", "neither a range nor a bearing", "no standard deviation"};
     for (std::size_t i = 0; i < 7; ++i) {
         EXPECT_NE(batch->problems[i].find(said[i]), std::string::npos) << batch->problems[i];
         EXPECT_EQ(batch->problems[i].find("line " + std::to_string(i + 2)), 0U) << batch->problems[i];

@@ -171,7 +171,8 @@ TEST(OwnSenses, SightingsAndRangesHaveTheirDerivatives) {
     detector.position_sigma = {0.05, 0.05};
     detector.range_common = detector.range_sway = 0.05;
     detector.bearing_common = detector.bearing_sway = 0.02;
-    detector.stretch = {.depth = 1, .scale = 0.02, .direction = 0.1};
+    detector.stretch = {.depth = 1, .scale = 0.02, .direction = 0.1, .curve = 0.01};
+    detector.bearing_shape = 0.05;
     RangeSource receiver;
     receiver.receiver = {0.1, 0.2, 0.3};
     receiver.receiver_sigma = {0.05, 0.05, 0.05};

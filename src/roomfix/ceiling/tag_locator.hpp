@@ -12,10 +12,10 @@
 namespace roomfix {
 
 struct TagLocatorSettings {
-    double another_tag = 45;      // chi-square of a tag's eight coordinates: beyond, it hangs elsewhere or was misread
-    double unexplained = 12;      // nats that such a tag costs a place
-    double least_weight = 1e-3;   // of a place
-    double same_place = 0.01;     // m and rad: nearer than this, two fits are one place
+    double another_tag = 45;     // chi-square of a tag's eight coordinates: beyond, it hangs elsewhere or was misread
+    double unexplained = 12;     // nats that such a tag costs a place
+    double least_weight = 1e-3;  // of a place
+    double same_place = 0.01;    // m and rad: nearer than this, two fits are one place
     int most_rounds = 30;
 };
 

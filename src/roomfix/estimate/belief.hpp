@@ -23,6 +23,8 @@ enum class SlowKind : std::uint8_t {
     range_wander,     // m, of one beacon, what changes with the place; as before
     range_scale,      // how much longer all ranges are than the way, as a part of it
     range_direction,  // part of the range: times cos(bearing) - 1 (`component` 0) or times sin(bearing) (1)
+    range_curve,      // 1/m, times the range squared: how much longer ranges are
+    bearing_shape,    // rad, of a detector's bearings: times sin(bearing) (`component` 0), 1 - cos(bearing) (1), sin(2 bearing) (2)
     bearing_bias,     // rad, of a detector's bearings to all landmarks alike
     bearing_wander,   // rad, likewise, what changes with the place
     receiver_place,   // m, along one of the robot's axes, which `component` is; `source` is the receiver

@@ -96,9 +96,12 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     }
     fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
     fix.pose = {best.mean[0], best.mean[1], wrap_angle(best.mean[state_yaw])};
-    fix.covariance = best.pose_covariance() + spread_around_best(track.belief);
-    if (track.belief.best_weight() < sure_of_place && worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > models.site.lost) {
-        fix.reason = fmt::format("{} places are possible, the likeliest by {:.0f} %", track.belief.hypotheses.size(), 100 * track.belief.best_weight());
+    fix.covariance = best.pose_covariance() + spread_around_best(track.belief) + track.doubt;
+    const bool one_of_several = track.belief.best_weight() < sure_of_place;
+    if ((one_of_several || !track.doubt.isZero(0)) && worst_sigma(fix.covariance.topLeftCorner<2, 2>()) > models.site.lost) {
+        fix.reason = one_of_several
+                         ? fmt::format("{} places are possible, the likeliest by {:.0f} %", track.belief.hypotheses.size(), 100 * track.belief.best_weight())
+                         : "what it heard and saw so far may as well come from another place: it must drive on";
         fix.status = FixStatus::none;
         return fix;
     }

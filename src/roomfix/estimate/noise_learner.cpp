@@ -121,10 +121,12 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     const NoiseSearch::Evidence evidence_here = [&](const SenseNoise& noise) { return evidence(origin_, noise, count, models, nullptr); };
     const NoiseSearch search(kinds, before_, evidence_here);
     NoiseSearch::Result found = search.best(origin_.noise);
-    if (to_seconds(until - origin_.born) < doubted && origin_.born == origin_.belief.placed()) compare_rivals(found, kinds, count, models);
+    std::vector<Rival> rivals;
+    if (to_seconds(until - origin_.born) < doubted && origin_.born == origin_.belief.placed()) rivals = compare_rivals(found, kinds, count, models);
     origin_.noise = found.noise;  // where the next search starts
     Track end;
     evidence(origin_, search.widened(found), count, models, &end);
+    end.doubt = doubt_of(end, found.log_density, rivals, count, models);
     learned_ = until;
     learned_once_ = true;
     wait_ = std::min(2 * wait_, longest_wait);
@@ -133,13 +135,11 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     return end;
 }
 
-/// Was the start elsewhere? Then the origin becomes another one, and `found` its noise. The most promising rivals get a noise of their own.
-void NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count, const TrackingModels& models) {
+/// Was the start elsewhere? Then the origin becomes another one, and `found` its noise. The most promising rivals get a noise of their own. Returns all
+/// that are not the origin now, the likeliest first.
+std::vector<NoiseLearner::Rival> NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count,
+                                                              const TrackingModels& models) {
     constexpr std::size_t tried = 2;
-    struct Rival {
-        Track track;
-        NoiseSearch::Result result;
-    };
     const auto search_from = [&](const Track& track, const auto& use) {
         const NoiseSearch::Evidence evidence_there = [&](const SenseNoise& noise) { return evidence(track, noise, count, models, nullptr); };
         use(NoiseSearch(kinds, before_, evidence_there));
@@ -153,17 +153,46 @@ void NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds&
             for (const SenseNoise& noise : {track.noise, like_ours}) all.push_back({track, {noise, search.log_density(noise)}});
         });
     }
-    std::stable_sort(all.begin(), all.end(), [](const Rival& a, const Rival& b) { return a.result.log_density > b.result.log_density; });
+    const auto likelier = [](const Rival& a, const Rival& b) { return a.result.log_density > b.result.log_density; };
+    std::stable_sort(all.begin(), all.end(), likelier);
     const double promising = least_promise + promise_per_event * static_cast<double>(count);
     for (std::size_t i = 0; i < std::min(all.size(), tried); ++i) {
         if (all[i].result.log_density < found.log_density - promising) break;
         search_from(all[i].track, [&](const NoiseSearch& search) {
-            const NoiseSearch::Result best = search.best(all[i].result.noise);
-            if (best.log_density < found.log_density + clearly_better) return;
-            found = best;
-            origin_ = all[i].track;
+            all[i].result = search.best(all[i].result.noise);
+            if (all[i].result.log_density < found.log_density + clearly_better) return;
+            std::swap(found, all[i].result);
+            std::swap(origin_, all[i].track);
         });
     }
+    std::stable_sort(all.begin(), all.end(), likelier);
+    return all;
+}
+
+/// How far rivals that are nearly as likely have come from where the track has: their spread about it, each by its weight.
+Eigen::Matrix3d NoiseLearner::doubt_of(const Track& end, double log_density, const std::vector<Rival>& rivals, std::size_t count,
+                                       const TrackingModels& models) const {
+    constexpr double out_of_the_question = 7;  // nats
+    constexpr double same = 9;                 // squared distance: two that are nearer to each other are one
+    constexpr std::size_t most = 6;
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    double weights = 1;
+    std::vector<Belief> others = {end.belief.best()};
+    for (const Rival& rival : rivals) {
+        if (others.size() > most || rival.result.log_density < log_density - out_of_the_question) break;
+        Track there;
+        evidence(rival.track, rival.result.noise, count, models, &there);
+        if (!there.alive()) continue;
+        const Belief& other = there.belief.best();
+        if (std::any_of(others.begin(), others.end(), [&](const Belief& known) { return pose_distance(known, other) < same; })) continue;
+        others.push_back(other);
+        const double weight = std::exp(std::min(rival.result.log_density - log_density, 0.0));
+        Eigen::Vector3d off = other.mean.head<3>() - end.belief.best().mean.head<3>();
+        off.z() = wrap_angle(off.z());
+        weights += weight;
+        spread += weight * (off * off.transpose() + other.pose_covariance());
+    }
+    return spread / weights;
 }
 
 /// The track as it would be had it started elsewhere: where the robot may have been then, by all that was sensed until now.

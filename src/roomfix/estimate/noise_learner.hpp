@@ -27,7 +27,13 @@ public:
 
 private:
     double evidence(const Track& origin, const SenseNoise& noise, std::size_t count, const TrackingModels& models, Track* end) const;
-    void compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count, const TrackingModels& models);
+    /// Where the track may have been instead when it was started, with the noise under which that is likeliest.
+    struct Rival {
+        Track track;
+        NoiseSearch::Result result;
+    };
+    std::vector<Rival> compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count, const TrackingModels& models);
+    Eigen::Matrix3d doubt_of(const Track& end, double log_density, const std::vector<Rival>& rivals, std::size_t count, const TrackingModels& models) const;
     std::vector<Track> rivals(std::size_t count, const TrackingModels& models) const;
     void forget(std::size_t count, const TrackingModels& models);
 

@@ -40,6 +40,7 @@ void add_ranges(RangeErrors& errors, double sigma, bool sways, std::vector<Unkno
     unknowns.push_back({&errors.common, 2 * now, sigma, 1, least, most});
     unknowns.push_back({&errors.stretch.scale, 0.03, 0.02, 0.7, 0.002, 0.3});
     unknowns.push_back({&errors.stretch.direction, 0.05, 0.05, 0.7, 0.005, 0.5});
+    unknowns.push_back({&errors.stretch.curve, 0.005, 0.004, 0.7, 0.0004, 0.05});
     unknowns.push_back({&errors.stretch.growth, 0.01, 0.01, 0.7, 0.001, 0.2});
 }
 
@@ -54,6 +55,7 @@ std::vector<Unknown> unknowns_of(SenseNoise& noise, const SensedKinds& kinds) {
     if (kinds.bearings) {
         unknowns.push_back({&noise.bearing});
         unknowns.push_back({&noise.bearing_sway, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5, true});
+        unknowns.push_back({&noise.bearing_shape, 0.03, 0.03, 0.7, 0.003, 0.3});
         unknowns.push_back({&noise.bearing_common, kinds.bearing_sigma, kinds.bearing_sigma, 1, 0.1 * kinds.bearing_sigma, 0.5});
     }
     return unknowns;

@@ -13,6 +13,7 @@ struct StretchErrors {
     double depth = 0;      // 0: ranges are distances; 1: only how far ahead of the robot something is, as cameras measure by sizes
     double scale = 0;      // part of the range, standard deviation
     double direction = 0;  // ... of what depends on the direction besides
+    double curve = 0;      // 1/m, of what grows with the square of the range
     double growth = 0;     // ... of what is new in every range
 };
 
@@ -26,8 +27,8 @@ void add_slow_states(Belief& belief, int source, const StretchErrors& errors, do
 struct StretchedRange {
     double value = 0;                     // m
     double by_range = 1, by_bearing = 0;  // 1, m/rad
-    FixedList<int, 3> states;             // slow states that it depends on ...
-    std::array<double, 3> by_state{};     // ... and how, m
+    FixedList<int, 4> states;             // slow states that it depends on ...
+    std::array<double, 4> by_state{};     // ... and how, m
     double noise = 0;                     // m^2, variance of errors without a state
 };
 /// `range`: m, the distance; `bearing`: rad, from the robot's front, counterclockwise.

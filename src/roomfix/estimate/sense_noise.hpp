@@ -25,6 +25,7 @@ struct SenseNoise {
     RangeErrors receiver, detector;
     double bearing = 1;         // times the stated sigma of bearings
     double bearing_common = 0;  // rad, standard deviation of what all bearings have in common
+    double bearing_shape = 0;   // rad, of what depends on the bearing itself: lenses that bend, scanners that run out of true
     double bearing_sway = 0;    // rad, of what all bearings have in common and what changes with the place
 };
 

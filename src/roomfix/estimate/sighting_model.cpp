@@ -23,6 +23,31 @@ int rows_of(const SightingObservation& seen) { return static_cast<int>(seen.rang
 /// Log density of an outlier over all that the sighting could have been.
 double log_anywhere(const SightingObservation& seen) { return -(seen.range ? std::log(farthest) : 0) - (seen.bearing ? std::log(2 * std::numbers::pi) : 0); }
 
+constexpr int bearing_shapes = 3;
+
+/// What a bearing is stated too large by, as a lens or a scanner bends it, and its derivatives.
+struct BearingShape {
+    double value = 0;                               // rad
+    double by_bearing = 1;                          // of the stated bearing
+    FixedList<int, bearing_shapes> states;          // slow states that it depends on ...
+    std::array<double, bearing_shapes> by_state{};  // ... and how
+
+    BearingShape(const Belief& belief, const DetectorSource& source, double bearing) {
+        if (!(source.bearing_shape > 0)) return;
+        const std::array<double, bearing_shapes> shapes = {std::sin(bearing), 1 - std::cos(bearing), std::sin(2 * bearing)};
+        const std::array<double, bearing_shapes> slopes = {std::cos(bearing), std::sin(bearing), 2 * std::cos(2 * bearing)};
+        for (int component = 0; component < bearing_shapes; ++component) {
+            const auto state = find_slow(belief, SlowKind::bearing_shape, of_detector, component);
+            if (!state) continue;
+            const auto k = static_cast<std::size_t>(component);
+            value += belief.mean[*state] * shapes[k];
+            by_bearing += belief.mean[*state] * slopes[k];
+            by_state[states.size()] = shapes[k];
+            states.push_back(*state);
+        }
+    }
+};
+
 /// Innovation's covariance, of the rows that were seen.
 Eigen::Matrix2d innovation_of(const Belief& belief, const Linearised<2>& l) {
     Eigen::Matrix2d s = l.noise;
@@ -67,6 +92,7 @@ DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
     source.bearing_factor *= noise.bearing;
     source.bearing_common = std::max(source.bearing_common, noise.bearing_common);
     source.range_sway = noise.detector.sway;
+    source.bearing_shape = noise.bearing_shape;
     source.bearing_sway = noise.bearing_sway;
     return source;
 }
@@ -103,6 +129,7 @@ void add_slow_states(Belief& belief, const SightingObservation& seen, int landma
     if (seen.bearing) {
         add(SlowKind::bearing_bias, 0, source.bearing_common, forget, 0);
         add(SlowKind::bearing_wander, all_landmarks, source.bearing_sway, 0, 1 / source.wander_way);
+        for (int component = 0; component < bearing_shapes; ++component) add(SlowKind::bearing_shape, component, source.bearing_shape, 0, 0);
     }
 }
 
@@ -117,9 +144,10 @@ Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation
     const PredictedSighting exact = predict_sighting(belief.pose(), detector, mark.place);
     Linearised<2> l;
     const StretchedRange stated = stretched(belief, of_detector, source.stretch, exact.range, exact.bearing);
+    const BearingShape shape(belief, source, exact.bearing);
     for (int i = 0; i < 3; ++i) {
         const double range = stated.by_range * exact.range_by_pose[i] + stated.by_bearing * exact.bearing_by_pose[i];
-        l.depends(i, {seen.range ? range : 0, seen.bearing ? exact.bearing_by_pose[i] : 0});
+        l.depends(i, {seen.range ? range : 0, seen.bearing ? shape.by_bearing * exact.bearing_by_pose[i] : 0});
     }
     const double place = mark.sigma;
     l.noise(0, 0) = l.noise(1, 1) = unseen;
@@ -143,7 +171,8 @@ Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation
     }
     if (seen.bearing) {
         const double sigma = source.bearing_factor * seen.bearing_sigma;
-        l.residual[1] = *seen.bearing - exact.bearing;
+        l.residual[1] = *seen.bearing - exact.bearing - shape.value;
+        for (std::size_t i = 0; i < shape.states.size(); ++i) l.depends(shape.states[i], {0, shape.by_state[i]});
         l.noise(1, 1) = sigma * sigma + std::pow(place / exact.range, 2);
         depends(SlowKind::bearing_bias, 0, source.bearing_common, 1);
         depends(SlowKind::bearing_wander, all_landmarks, source.bearing_sway, 1);
@@ -155,7 +184,7 @@ Linearised<2> linearise_sighting(const Belief& belief, const SightingObservation
         const Eigen::Vector2d along = turn * Eigen::Vector2d(Eigen::Vector2d::Unit(axis));
         const double bearing = exact.bearing_by_pose.head<2>().dot(along);
         const double range = stated.by_range * exact.range_by_pose.head<2>().dot(along) + stated.by_bearing * bearing;
-        const Column by_place(seen.range ? range : 0, seen.bearing ? bearing : 0);
+        const Column by_place(seen.range ? range : 0, seen.bearing ? shape.by_bearing * bearing : 0);
         if (const auto& where = places[static_cast<std::size_t>(axis)]) {
             l.depends(*where, by_place);
         } else {

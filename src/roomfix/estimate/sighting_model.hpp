@@ -26,6 +26,7 @@ struct DetectorSource {
     double range_own = 0;                                                                          // m: what those of one landmark have in common
     double range_wander = 0;                  // m: what those of one landmark have in common and what changes with the place
     double range_sway = 0, bearing_sway = 0;  // m, rad: what all have in common and what changes with the place
+    double bearing_shape = 0;                 // rad: what depends on the bearing itself
     StretchErrors stretch;                    // parts of the range
     double wander_way = 1;                    // m: over that way what depends on the place is another
     double bias_memory = 600;                 // s: over that time the rest changes

@@ -244,6 +244,10 @@ std::optional<double> sigma_of(const SlowState& slow, const Track& track, const 
             return detected ? detector.stretch.scale : receiver.stretch.scale;
         case SlowKind::range_direction:
             return detected ? detector.stretch.direction : receiver.stretch.direction;
+        case SlowKind::range_curve:
+            return detected ? detector.stretch.curve : receiver.stretch.curve;
+        case SlowKind::bearing_shape:
+            return detector.bearing_shape;
         case SlowKind::bearing_bias:
             return detector.bearing_common;
         case SlowKind::bearing_wander:
@@ -314,6 +318,7 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
     track.sightings = 1;
     track.budget = most_budget;
     track.cloud = {};
+    track.doubt.setZero();
     add_places(track, places, 1, models);
 }
 

@@ -47,14 +47,15 @@ struct Track {
     double presence = 1;              // part of the last frames of its cameras that showed it
     double budget = most_budget;      // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
-    SenseNoise noise;              // of its own senses, as learned
-    StartCloud cloud;              // where it may be, until it is found
-    bool seeks = true;             // it is sought anew where its senses contradict its place
-    std::vector<Heard> heard;      // lately by its receivers and its detector
-    double evidence = 0;           // nats: log density of all that was taken since it was found, as it was expected before
-    long weighed = 0;              // how many observations that rests on
-    double agreement = 1;          // smoothed probability that what it hears is right
-    Nanoseconds searched = never;  // when its place was last sought from what it heard
+    SenseNoise noise;                                 // of its own senses, as learned
+    StartCloud cloud;                                 // where it may be, until it is found
+    bool seeks = true;                                // it is sought anew where its senses contradict its place
+    std::vector<Heard> heard;                         // lately by its receivers and its detector
+    Eigen::Matrix3d doubt = Eigen::Matrix3d::Zero();  // x, y, yaw: how far off it is if its senses found it elsewhere than it was; beside the belief's
+    double evidence = 0;                              // nats: log density of all that was taken since it was found, as it was expected before
+    long weighed = 0;                                 // how many observations that rests on
+    double agreement = 1;                             // smoothed probability that what it hears is right
+    Nanoseconds searched = never;                     // when its place was last sought from what it heard
 
     bool alive() const { return !belief.hypotheses.empty(); }
     /// Not seen for longer than it was seen: perhaps it never was there.

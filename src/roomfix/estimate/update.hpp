@@ -9,7 +9,7 @@
 
 namespace roomfix {
 
-constexpr std::size_t most_columns = 14;
+constexpr std::size_t most_columns = 20;
 
 /// A measurement of `Rows` numbers, linearised at a belief.
 template <int Rows>

@@ -25,7 +25,8 @@ double chance_of_reading(const apriltag_family_t& family, int corrected) {
 int corrected_bits(const apriltag_family_t& family, const TagDetectorSettings& settings) {
     constexpr double largest_table = 3e5;  // entries
     int corrected = std::clamp(settings.most_corrected, 0, (static_cast<int>(family.h) - 1) / 2);
-    while (corrected > 0 && (chance_of_reading(family, corrected) > settings.largest_chance || family.ncodes * (1.0 + family.nbits) > largest_table)) --corrected;
+    while (corrected > 0 && (chance_of_reading(family, corrected) > settings.largest_chance || family.ncodes * (1.0 + family.nbits) > largest_table))
+        --corrected;
     return corrected;
 }
 

@@ -12,11 +12,11 @@
 namespace roomfix {
 
 struct TagDetectorSettings {
-    float decimation = 1;         // 2: search in a picture half as large, four times as fast, for tags of more than some 30 px
-    int most_corrected = 1;       // bits of a tag's code that may be wrong ...
+    float decimation = 1;          // 2: search in a picture half as large, four times as fast, for tags of more than some 30 px
+    int most_corrected = 1;        // bits of a tag's code that may be wrong ...
     double largest_chance = 1e-4;  // ... but fewer where any square would be read as one of the family's tags with more than this chance
-    double least_margin = 30;     // grey levels between black and white bits
-    double corner_sigma = 0.08;   // px, of each corner's coordinates
+    double least_margin = 30;      // grey levels between black and white bits
+    double corner_sigma = 0.08;    // px, of each corner's coordinates
 };
 
 struct SeenTag {
@@ -49,8 +49,8 @@ bool can_read(TagFamily family);
 
 /// A tag as it is printed.
 struct TagPicture {
-    LumaImage bits;      // one pixel per bit, with the white border that it needs: 0 or 255
-    int square = 0;      // px: edge of the square in the middle whose corners are read
+    LumaImage bits;  // one pixel per bit, with the white border that it needs: 0 or 255
+    int square = 0;  // px: edge of the square in the middle whose corners are read
 };
 /// Of a family that this build can read.
 TagPicture tag_picture(TagFamily family, int number);

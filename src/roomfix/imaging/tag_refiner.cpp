@@ -314,7 +314,8 @@ std::optional<SeenTag> Refiner::result(const CameraModel& model, const SeenTag& 
 
 }  // namespace
 
-std::optional<SeenTag> refine_tag(LumaView frame, const CameraModel& model, const SeenTag& seen, const TagPicture& picture, const TagRefinerSettings& settings) {
+std::optional<SeenTag> refine_tag(LumaView frame, const CameraModel& model, const SeenTag& seen, const TagPicture& picture,
+                                  const TagRefinerSettings& settings) {
     Refiner refiner(picture, settings);
     if (!refiner.start(frame, model, seen) || !refiner.solve()) return std::nullopt;
     return refiner.result(model, seen);

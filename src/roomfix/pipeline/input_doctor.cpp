@@ -17,13 +17,15 @@ namespace {
 constexpr double examined = 120;       // s of a recording that are examined at a time
 constexpr double clearly = 20;         // nats: a mistake is told if the senses are that much likelier without it ...
 constexpr double clearly_each = 0.05;  // ... and so much for each observation
+constexpr double enough = 1500;        // readings of a stretch that are examined
 constexpr std::size_t most_pairs = 28;
 constexpr double foot = 0.3048;  // m
+constexpr double farthest = 20;  // m, that a range may be if nothing is known
 
 /// Density of a reading that is compared with nothing: anywhere in a hall, in any direction.
-double log_density_of_nothing(const RangeObservation&) { return -std::log(20.0); }
-double log_density_of_nothing(const RangeDifferenceObservation&) { return -std::log(20.0); }
-double log_density_of_nothing(const SightingObservation& o) { return (o.range ? -std::log(20.0) : 0) - (o.bearing ? std::log(2 * std::numbers::pi) : 0); }
+double log_density_of_nothing(const RangeObservation&) { return -std::log(farthest); }
+double log_density_of_nothing(const RangeDifferenceObservation&) { return -std::log(farthest); }
+double log_density_of_nothing(const SightingObservation& o) { return (o.range ? -std::log(farthest) : 0) - (o.bearing ? std::log(2 * std::numbers::pi) : 0); }
 
 /// Ranges, and where the robot was when it heard them.
 struct HeardOnTheWay {
@@ -41,11 +43,23 @@ void keep_between(std::vector<T>& all, Nanoseconds from, Nanoseconds to) {
     std::erase_if(all, [&](const T& o) { return o.time < from || o.time > to; });
 }
 
+/// Leaves about a part of them, spread so that no order in which beacons take turns plays along.
+template <class T>
+void thin_out(std::vector<T>& all, double part) {
+    std::size_t i = 0;
+    std::erase_if(all, [&](const T&) { return std::fmod(static_cast<double>(++i) / std::numbers::phi, 1) >= part; });
+}
+
 Senses between(Senses senses, Nanoseconds from, Nanoseconds to) {
     keep_between(senses.ranges, from, to);
     keep_between(senses.differences, from, to);
     keep_between(senses.sightings, from, to);
     keep_between(senses.odometry, from, to);
+    const double part = enough / static_cast<double>(senses.ranges.size() + senses.differences.size() + senses.sightings.size() + 1);
+    if (part >= 1) return senses;
+    thin_out(senses.ranges, part);
+    thin_out(senses.differences, part);
+    thin_out(senses.sightings, part);
     return senses;
 }
 
@@ -168,8 +182,9 @@ std::optional<Eigen::Vector2d> place_of_beacon(int beacon, const HeardOnTheWay& 
     std::vector<BeaconRange> ranges;
     for (const auto& [range, pose] : way.heard) {
         if (range.beacon != beacon) continue;
-        const Eigen::Vector3d own = robot.receivers.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
-                                                            : robot.receivers[std::min(static_cast<std::size_t>(range.receiver), robot.receivers.size() - 1)].position;
+        const Eigen::Vector3d own = robot.receivers.empty()
+                                        ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                        : robot.receivers[std::min(static_cast<std::size_t>(range.receiver), robot.receivers.size() - 1)].position;
         ranges.push_back({map_from_robot(pose) * own, range.range, std::max(range.sigma, 0.1)});
     }
     if (ranges.size() < 8) return std::nullopt;
@@ -195,17 +210,16 @@ std::vector<Remedy> remedies_of_units(const Senses& senses, const std::string& i
     unit("centimetres", 0.01);
     unit("millimetres", 0.001);
     if (!senses.odometry.empty()) {
-        all.push_back({fmt::format("robot {}: its odometry turns the wrong way: left and right seem to be exchanged (yaw is positive to the left, y is to the left); "
-                                   "exchange the wheels' wires or the signs of y and yaw",
-                                   id),
-                       [](Senses& s, Site&) {
-                           for (OdometryObservation& o : s.odometry) {
-                               o.pose.y = -o.pose.y;
-                               o.pose.yaw = -o.pose.yaw;
-                           }
-                       }});
-        all.push_back({fmt::format("robot {}: its odometry contradicts all else that it senses: check its units (m, rad), its clock and that it is this robot's", id),
-                       [](Senses& s, Site&) { s.odometry.clear(); }});
+        all.push_back(
+            {fmt::format("robot {}: its odometry turns the wrong way: left and right seem to be exchanged (yaw is positive to the left, y is to the left); "
+                         "exchange the wheels' wires or the signs of y and yaw",
+                         id),
+             [](Senses& s, Site&) {
+                 for (OdometryObservation& o : s.odometry) {
+                     o.pose.y = -o.pose.y;
+                     o.pose.yaw = -o.pose.yaw;
+                 }
+             }});
     }
     const auto bearings = std::count_if(senses.sightings.begin(), senses.sightings.end(), [](const SightingObservation& o) { return o.bearing.has_value(); });
     if (bearings > 0) {
@@ -254,6 +268,22 @@ struct Verdict {
     std::string told;
 };
 
+/// A beacon that the robot's way by all others contradicts: where these put it.
+std::string about_beacon(const SiteBeacon& known, int beacon, const Senses& senses, const HeardOnTheWay& others, const SiteRobot& robot) {
+    constexpr double lately = 0.3;  // s
+    HeardOnTheWay way;
+    for (const RangeObservation& o : senses.ranges) {
+        if (o.beacon != beacon) continue;
+        const auto age = [&](const auto& heard) { return std::abs(to_seconds(heard.first.time - o.time)); };
+        const auto near = std::min_element(others.heard.begin(), others.heard.end(), [&](const auto& a, const auto& b) { return age(a) < age(b); });
+        if (near != others.heard.end() && age(*near) < lately) way.heard.push_back({o, near->second});
+    }
+    const auto place = place_of_beacon(beacon, way, robot, known.position.z());
+    if (!place) return fmt::format("beacon {} is not where the site says, or was moved: measure its position again", known.id);
+    return fmt::format("beacon {} seems to be at ({:.2f}, {:.2f}), {:.2f} m from where the site says: measure its position again", known.id, place->x(),
+                       place->y(), (*place - known.position.head<2>()).norm());
+}
+
 /// The likeliest mistake in a stretch of a recording, if there is one.
 std::optional<Verdict> verdict_on(const Site& site, int robot, const Senses& senses) {
     const SiteRobot& own = site.robots[static_cast<std::size_t>(robot)];
@@ -280,29 +310,12 @@ std::optional<Verdict> verdict_on(const Site& site, int robot, const Senses& sen
     }
     for (const int beacon : beacons) {
         if (beacons.size() < 3) break;
-        const SiteBeacon& known = site.beacons[static_cast<std::size_t>(beacon)];
         Senses others = senses;
         std::erase_if(others.ranges, [&](const RangeObservation& o) { return o.beacon == beacon; });
         const Examination without = examine(site, robot, others);
-        const double left_out = -std::log(20.0) * static_cast<double>(senses.ranges.size() - others.ranges.size());
+        const double left_out = -std::log(farthest) * static_cast<double>(senses.ranges.size() - others.ranges.size());
         const double gain = without.log_density + left_out - as_it_is.log_density;
-        if (gain <= best.gain) continue;
-        best = {gain, fmt::format("beacon {} is not where the site says, or was moved: measure its position again", known.id)};
-        HeardOnTheWay way;
-        const Examination with_way = examine(site, robot, others);
-        // Where the robot was when it heard this one: by the pose nearest in time.
-        for (const RangeObservation& o : senses.ranges) {
-            if (o.beacon != beacon) continue;
-            const auto near = std::min_element(with_way.way.heard.begin(), with_way.way.heard.end(), [&](const auto& a, const auto& b) {
-                return std::abs(a.first.time - o.time) < std::abs(b.first.time - o.time);
-            });
-            if (near != with_way.way.heard.end() && std::abs(near->first.time - o.time) < from_seconds(0.3)) way.heard.push_back({o, near->second});
-        }
-        const auto place = place_of_beacon(beacon, way, own, known.position.z());
-        if (place) {
-            best.told = fmt::format("beacon {} seems to be at ({:.2f}, {:.2f}), {:.2f} m from where the site says: measure its position again", known.id, place->x(),
-                                    place->y(), (*place - known.position.head<2>()).norm());
-        }
+        if (gain > best.gain) best = {gain, about_beacon(site.beacons[static_cast<std::size_t>(beacon)], beacon, senses, without.way, own)};
     }
     if (best.told.empty()) return std::nullopt;
     return best;
@@ -310,7 +323,7 @@ std::optional<Verdict> verdict_on(const Site& site, int robot, const Senses& sen
 
 /// Is what was learned of the robot's senses what senses are like?
 bool unusual(const Track& track, const TrackingModels& models) {
-    constexpr double wheels = 6;       // times good wheels' noise
+    constexpr double wheels = 6;         // times good wheels' noise
     constexpr double range_error = 0.5;  // m
     constexpr double factor = 8;
     const auto strange = [&](const RangeErrors& e, double sigma) {
@@ -320,8 +333,7 @@ bool unusual(const Track& track, const TrackingModels& models) {
     const SiteRobot& robot = models.site.robots[static_cast<std::size_t>(track.robot)];
     const double sigma = robot.receiver() ? robot.receiver()->sigma : Receiver{}.sigma;
     return track.noise.way > wheels || track.noise.turn > wheels || strange(track.noise.receiver, sigma) ||
-           strange(track.noise.detector, robot.detector.value_or(Detector{}).range_sigma) || track.noise.bearing > factor ||
-           track.agreement < 0.7;
+           strange(track.noise.detector, robot.detector.value_or(Detector{}).range_sigma) || track.noise.bearing > factor || track.agreement < 0.7;
 }
 
 /// How well do way and yaw go together, for a robot that drives where it looks? 1: it always does, 0: at random.
@@ -347,12 +359,32 @@ double coherence(const std::vector<OdometryObservation>& odometry, double yaw_un
     return ways > 0 ? sum.norm() / ways : 0;
 }
 
+/// What was learned of the wheels, where it is more than wheels do.
+std::vector<std::string> about_wheels(const Track& track, const std::string& id, const std::function<double(double)>& gain_by_delay) {
+    constexpr double bad_wheels = 15;  // times good wheels' noise
+    constexpr double apart = 0.1;      // s
+    std::vector<std::string> told;
+    const double worse = std::max(track.noise.way, track.noise.turn);
+    if (worse > bad_wheels) {
+        told.push_back(fmt::format(
+            "robot {}: its odometry errs {:.0f} times as much as good wheels do: check its units (m, rad), its clock and that it is this robot's", id, worse));
+    }
+    const double delay = track.noise.delay;
+    if (std::abs(delay) > apart && gain_by_delay(delay) > clearly) {
+        told.push_back(fmt::format(
+            "robot {}: it moves {:.2f} s {} than its odometry says: the clocks of its odometry and of what it hears or sees differ; the fixes allow "
+            "for it, but mend the clocks",
+            id, std::abs(delay), delay > 0 ? "later" : "sooner"));
+    }
+    return told;
+}
+
 }  // namespace
 
 std::string wrong_units(const std::vector<OdometryObservation>& odometry, const SiteRobot& robot) {
-    constexpr double too_fast = 20;     // m/s
-    constexpr std::size_t least = 20;   // poses
-    constexpr double turned_far = 7;    // rad: a robot that never turned by more says nothing about degrees
+    constexpr double too_fast = 20;    // m/s
+    constexpr std::size_t least = 20;  // poses
+    constexpr double turned_far = 7;   // rad: a robot that never turned by more says nothing about degrees
     constexpr double well = 0.95, badly = 0.7;
     if (odometry.size() < least) return "";
     std::vector<double> speeds;
@@ -375,28 +407,30 @@ std::string wrong_units(const std::vector<OdometryObservation>& odometry, const 
     const double as_radians = coherence(odometry, 1);
     const double as_degrees = coherence(odometry, radians(1));
     if (as_degrees < well || as_radians > badly) return "";
-    return fmt::format("robot {}: its odometry's yaw goes from {:.0f} to {:.0f} and points along the way only if it is in degrees; write radians", robot.id, low, high);
+    return fmt::format("robot {}: its odometry's yaw goes from {:.0f} to {:.0f} and points along the way only if it is in degrees; write radians", robot.id,
+                       low, high);
 }
 
 std::vector<std::string> suspicions(const Tracker& tracker, int robot, const Senses& senses) {
-    constexpr double apart = 0.15;  // s
     if (senses.empty()) return {};
     const Track* track = tracker.track(robot);
     if (track != nullptr && track->searched == never) return {};
-    std::vector<std::string> told;
-    if (track != nullptr && std::abs(track->noise.delay) > apart) {
-        told.push_back(fmt::format("robot {}: it moves {:.2f} s {} than its odometry says: the clocks of its odometry and of what it hears or sees differ; "
-                                   "the fixes allow for it, but mend the clocks",
-                                   tracker.models().site.robots[static_cast<std::size_t>(robot)].id, std::abs(track->noise.delay),
-                                   track->noise.delay > 0 ? "later" : "sooner"));
-    }
-    if (track != nullptr && !unusual(*track, tracker.models())) return told;
     const Site& site = tracker.models().site;
     Nanoseconds first = std::numeric_limits<Nanoseconds>::max(), last = std::numeric_limits<Nanoseconds>::min();
     widen(senses.ranges, first, last);
     widen(senses.differences, first, last);
     widen(senses.sightings, first, last);
     const Nanoseconds length = from_seconds(examined);
+    std::vector<std::string> told;
+    if (track != nullptr) {
+        told = about_wheels(*track, site.robots[static_cast<std::size_t>(robot)].id, [&](double delay) {
+            Senses stretch = between(senses, first, first + length);
+            const double before = examine(site, robot, stretch).log_density;
+            for (OdometryObservation& o : stretch.odometry) o.time += from_seconds(delay);
+            return examine(site, robot, stretch).log_density - before;
+        });
+        if (!unusual(*track, tracker.models())) return told;
+    }
     for (const Nanoseconds from : {first, std::max(first, last - length)}) {
         const Senses stretch = between(senses, from, from + length);
         if (const auto verdict = verdict_on(site, robot, stretch)) {

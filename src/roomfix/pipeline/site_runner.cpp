@@ -365,8 +365,7 @@ void SiteRunner::drive(const OdometryBatch& batch) {
         tracker_.drive(pose);
         if (!wheels_give_fix(pose.robot, pose.time)) continue;
         const std::string& driven = site_.robots[static_cast<std::size_t>(pose.robot)].id;
-        pass_on(
-            pose.time, [&](const Fix& fix) { return fix.robot == driven; }, {});
+        pass_on(pose.time, [&](const Fix& fix) { return fix.robot == driven; }, {});
     }
 }
 

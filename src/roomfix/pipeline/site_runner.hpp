@@ -170,7 +170,7 @@ private:
     std::vector<std::string> line_problems_;
     mutable std::mutex mutex_;  // guards the tracker, the sinks, the stations' states and what is shown
     Tracker tracker_;
-    std::map<std::string, FixStatus> last_status_;  // of each robot, to say only once that it is lost
+    std::map<std::string, FixStatus> last_status_;   // of each robot, to say only once that it is lost
     std::map<std::string, Nanoseconds> last_given_;  // when each robot got its last fix
     FixOutput output_;
     bool smoothing_ = false;

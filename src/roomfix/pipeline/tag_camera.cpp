@@ -12,8 +12,7 @@ bool looks_for_tags(const Site& site, const SiteCamera& camera) {
     return std::holds_alternative<KnownHeight>(camera.placement) && std::any_of(site.landmarks.begin(), site.landmarks.end(), is_tag);
 }
 
-TagCamera::TagCamera(const Site& site, const SiteCamera& camera)
-    : site_(site), model_(camera.model), detector_(site.tag_families()), locator_(site, camera) {
+TagCamera::TagCamera(const Site& site, const SiteCamera& camera) : site_(site), model_(camera.model), detector_(site.tag_families()), locator_(site, camera) {
     for (const SiteLandmark& landmark : site.landmarks) {
         const auto* tag = std::get_if<Tag>(&landmark.kind);
         if (tag && can_read(tag->family)) printed_.emplace_back(*tag, tag_picture(tag->family, tag->number));

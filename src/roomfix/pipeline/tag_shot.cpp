@@ -37,8 +37,8 @@ public:
         if (!result_.located.places.empty()) {
             const UncertainPose3& best = result_.located.places[0].map_from_camera;
             const Eigen::Vector3d& p = best.pose.translation();
-            drawn.caption =
-                fmt::format("camera at {:.3f}, {:.3f}, {:.3f} m, +- {:.1f} mm", p.x(), p.y(), p.z(), 1e3 * std::sqrt(best.covariance.topLeftCorner<3, 3>().trace()));
+            drawn.caption = fmt::format("camera at {:.3f}, {:.3f}, {:.3f} m, +- {:.1f} mm", p.x(), p.y(), p.z(),
+                                        1e3 * std::sqrt(best.covariance.topLeftCorner<3, 3>().trace()));
         }
         return save_ceiling_overlay(file, frame, drawn, frame.width < 480 ? 2 : 1);
     }
@@ -57,8 +57,8 @@ private:
 Result<Shot> prepare_tag_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options) {
     for (const TagFamily family : site.tag_families()) {
         if (!can_read(family)) {
-            return Error{fmt::format("this roomfix was built without OpenCV's aruco module and cannot read {}: install libopencv-contrib-dev and build it again",
-                                     name_of(family))};
+            return Error{fmt::format(
+                "this roomfix was built without OpenCV's aruco module and cannot read {}: install libopencv-contrib-dev and build it again", name_of(family))};
         }
     }
     std::optional<Shot> corners;
