@@ -52,7 +52,8 @@ private:
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
     void sort_explanations();
     void refine_best(LumaView frame);
-    void report(CornerResult& result);
+    void report(LumaView frame, CornerResult& result);
+    void add_readings(const CornerFit& fit, double wall_angle, const EdgesBeside& beside, double weight, CornerResult& result) const;
     void merge_same();
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;
     bool ends_at(LumaView frame, const CornerExplanation& lower, const CornerExplanation& upper) const;
@@ -73,6 +74,8 @@ private:
     CornerSearchResult found_;
     std::vector<CornerExplanation> explanations_;
     CornerFit fit_;
+    EdgesBeside beside_;  // the edges of fit_, as seen ...
+    Eigen::Vector2d beside_from_ = Eigen::Vector2d::Constant(1e9);  // ... from this place
 };
 
 }  // namespace roomfix

@@ -5,6 +5,7 @@
 #include <array>
 #include <numbers>
 
+#include "roomfix/base/fixed_list.hpp"
 #include "roomfix/geometry/camera_model.hpp"
 
 namespace roomfix {
@@ -32,6 +33,9 @@ struct EdgeSighting {
     float seen = 0;                                                                            // px of that which the picture confirms
 };
 
+/// Which corner of a moulding's was read: where the edge between the walls ends, below it, or where the walls meet the ceiling.
+enum class MouldingEdge { none_seen, lower, upper };
+
 struct CornerObservation {
     CornerView view;
     double wall_angle = std::numbers::pi / 2;  // rad, between the two walls, inside the room
@@ -41,9 +45,20 @@ struct CornerObservation {
     double weight = 1;                                              // among all that one picture may show
     Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
     std::array<EdgeSighting, 3> edges;
+    // A moulding's two corners are two observations, each of which tells how far above it the other one lies, in its ceiling distances.
+    MouldingEdge part = MouldingEdge::none_seen;
+    double other_rise = 0, other_rise_sigma = 0;
 
     /// With what is not known of the intrinsics.
     Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const { return covariance + by_intrinsics * intrinsics * by_intrinsics.transpose(); }
 };
+
+/// How far below the ceiling what was read may lie, m, where the site states the moulding's height (m, 0: it does not, and the site's corner is what was read).
+/// `distance`: from the camera up to the ceiling, m.
+struct DepthBelowCeiling {
+    double depth = 0;
+    double weight = 1;
+};
+FixedList<DepthBelowCeiling, 2> depths_of(const CornerObservation& seen, double moulding, double distance);
 
 }  // namespace roomfix
