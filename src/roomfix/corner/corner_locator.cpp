@@ -21,11 +21,8 @@ bool hidden(const std::vector<Polyline>& walls, const Eigen::Isometry3d& map_fro
     return wall_between(walls, from, from + 0.97 * (corner.position.head<2>() - from));
 }
 
-/// The corner of a moulding's edges, or of what else lies below the ceiling.
-SiteCorner lowered(SiteCorner corner, double depth) {
-    corner.position.z() -= depth;
-    return corner;
-}
+/// Of the same corner in the picture, taken for the same corner of the site.
+bool are_readings(const CameraPlace& a, const CameraPlace& b) { return a.corner == b.corner && a.sighting == b.sighting; }
 
 /// Two corners in one picture that put the camera at the same place speak for that place together; so do a moulding's two, if the site states how far
 /// they are apart. If it does not, one of the two was measured: they exclude each other.
@@ -36,7 +33,7 @@ void join_same(std::vector<CameraPlace>& places) {
             const CameraPlace& a = places[i];
             const CameraPlace& b = places[j];
             const Eigen::Vector3d off(a.pose.x - b.pose.x, a.pose.y - b.pose.y, wrap_angle(a.pose.yaw - b.pose.yaw));
-            const bool exclusive = a.observation == b.observation || (a.corner == b.corner && a.depth == b.depth);
+            const bool exclusive = a.observation == b.observation || (are_readings(a, b) && a.depth == b.depth);
             if (exclusive || off.dot((a.covariance + b.covariance).ldlt().solve(off)) > same) {
                 ++j;
                 continue;
@@ -49,14 +46,14 @@ void join_same(std::vector<CameraPlace>& places) {
     }
 }
 
-/// Adds to each place's covariance its distance from the others at the same corner, by their weight.
+/// Adds to each place's covariance its distance from the other readings of the same corner, by their weight.
 void contain_others(std::vector<CameraPlace>& places) {
     std::vector<Eigen::Matrix3d> spreads;
     for (const CameraPlace& place : places) {
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
         double weights = 0;
         for (const CameraPlace& other : places) {
-            if (other.corner != place.corner) continue;
+            if (!are_readings(place, other)) continue;
             const Eigen::Vector3d off(other.pose.x - place.pose.x, other.pose.y - place.pose.y, wrap_angle(other.pose.yaw - place.pose.yaw));
             spread += other.weight * off * off.transpose();
             weights += other.weight;
@@ -125,7 +122,8 @@ CornerHints CornerLocator::expected(const CameraHints& hints) const {
     const Eigen::Isometry3d map_from_camera = map_from_robot(hints.prediction->pose) * mount->robot_from_camera.pose;
     const View view{camera_.model, {map_from_camera, Matrix6d::Zero()}};
     for (const SiteCorner& measured : site_.corners) {
-        const SiteCorner corner = lowered(measured, measured.moulding);
+        SiteCorner corner = measured;
+        corner.position.z() -= measured.moulding;  // where the edge between the walls ends
         const Eigen::Vector2d to_corner = corner.position.head<2>() - map_from_camera.translation().head<2>();
         const auto pixel = project_map_point(view, corner.position);
         if (!pixel || !camera_.model.contains(*pixel, 6) || hidden(site_.walls, map_from_camera, corner)) continue;
@@ -281,9 +279,9 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
             const SiteCorner& corner = site_.corners[c];
             if (hints.corner >= 0 && hints.corner != static_cast<int>(c)) continue;
             if (std::abs(corner.wall_angle - seen[o].wall_angle) > 1e-6) continue;
-            for (const DepthBelowCeiling& below : depths_of(seen[o], corner.moulding, corner.position.z() - height())) {
+            for (const CornerReading& reading : readings_of(seen[o], corner.moulding, corner.position.z() - height())) {
                 double misfit = 0;
-                auto place = stand_at(seen[o], lowered(corner, below.depth), misfit);
+                auto place = stand_at(reading.seen, corner, misfit);
                 if (!place || misfit > settings_.largest_misfit) continue;
                 if (hidden(site_.walls, place->map_from_camera.pose, corner)) {
                     behind_walls = true;
@@ -291,8 +289,9 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
                 }
                 place->corner = static_cast<int>(c);
                 place->observation = static_cast<int>(o);
-                place->depth = below.depth;
-                scores.push_back(std::log(seen[o].weight * below.weight) - 0.5 * misfit + hint_likelihood(*place, hints));
+                place->sighting = seen[o].sighting;
+                place->depth = reading.depth;
+                scores.push_back(std::log(seen[o].weight * reading.weight) - 0.5 * misfit + hint_likelihood(*place, hints));
                 result.places.push_back(*place);
             }
         }
@@ -314,7 +313,7 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
     for (const CameraPlace& p : result.places) kept += p.weight;
     for (CameraPlace& p : result.places) {
         p.weight /= kept;
-        if (p.corner == result.places[0].corner) result.best_corner += p.weight;
+        if (are_readings(p, result.places[0])) result.best_corner += p.weight;
     }
     contain_others(result.places);
 }

@@ -48,13 +48,13 @@ struct CameraPlace {
     double weight = 1;
     int corner = 0;       // index in the site
     int observation = 0;  // index of what was seen
-    double depth = 0;     // m below the ceiling of what was seen, where the site states a moulding
+    int sighting = 0;     // of that observation
+    double depth = 0;     // m: of what was seen below the site's corner, where that has a moulding
 };
 
 struct LocatedCamera {
     std::vector<CameraPlace> places;  // the likeliest first; weights add up to 1
-    double best_corner = 0;           // weight of all places at the best one's corner: which of its edges was measured leaves them open, and their
-                                      // covariances contain the others
+    double best_corner = 0;           // weight of all readings of the corner on which the best one rests; the covariance of each contains the others
     std::string reason;               // why there is none
 };
 

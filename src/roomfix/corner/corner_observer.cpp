@@ -193,6 +193,7 @@ void CornerObserver::report(LumaView frame, CornerResult& result) {
 void CornerObserver::add_readings(const CornerFit& fit, double wall_angle, const EdgesBeside& beside, double weight, CornerResult& result) const {
     CornerObservation seen = observation_of(fit, wall_angle);
     seen.weight = weight;
+    seen.sighting = result.corners.empty() ? 0 : result.corners.back().sighting + 1;
     const auto moulding = moulding_beside(beside, fit.view, wall_angle);
     if (!moulding) {
         result.corners.push_back(seen);

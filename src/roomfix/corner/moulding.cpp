@@ -33,13 +33,9 @@ std::optional<SeenMoulding> moulding_beside(const EdgesBeside& edges, const Corn
 }
 
 CornerObservation other_reading(const CornerObservation& seen, const SeenMoulding& moulding) {
-    CornerObservation other = seen;
-    other.part = seen.part == MouldingEdge::lower ? MouldingEdge::upper : MouldingEdge::lower;
     const double scale = 1 / (1 + moulding.rise);
-    other.view = with_corner_raised(seen.view, moulding.rise);
-    other.by_intrinsics.bottomRows<2>() *= scale;
-    other.covariance.bottomRows<2>() *= scale;
-    other.covariance.rightCols<2>() *= scale;
+    CornerObservation other = at_distance(seen, 1 + moulding.rise);
+    other.part = seen.part == MouldingEdge::lower ? MouldingEdge::upper : MouldingEdge::lower;
     const double spread = moulding.rise_sigma * scale;
     other.covariance.bottomRightCorner<2, 2>() += spread * spread * other.view.place * other.view.place.transpose();
     other.other_rise = -moulding.rise * scale;

@@ -69,7 +69,7 @@ void BesideVotes::add(const CornerFit& fit, int k) {
         Length& length = read_[piece.edge][static_cast<std::size_t>(k + most)];
         length.all += piece.length;
         if (near) length.near += piece.length;
-        steps_in(piece.profile, settings_.plain, steps);
+        steps_in(piece.profile, settings_.faint, steps);
         std::array<std::array<bool, cells>, 2> counted{};  // a piece counts once
         for (const StepAt& at : steps) {
             const double further = (1 + raised) * at.place / piece.lift;

@@ -10,23 +10,31 @@ constexpr double measured = 0.015;      // m: the moulding's height is stated ab
 
 }  // namespace
 
-FixedList<DepthBelowCeiling, 2> depths_of(const CornerObservation& seen, double moulding, double distance) {
-    FixedList<DepthBelowCeiling, 2> depths;
+CornerObservation at_distance(CornerObservation seen, double scale) {
+    seen.view.place /= scale;
+    seen.by_intrinsics.bottomRows<2>() /= scale;
+    seen.covariance.bottomRows<2>() /= scale;
+    seen.covariance.rightCols<2>() /= scale;
+    return seen;
+}
+
+FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, double moulding, double distance) {
+    FixedList<CornerReading, 2> readings;
     if (moulding <= 0) {
-        depths.push_back({0, 1});
-        return depths;
+        readings.push_back({seen, 0, 1});
+        return readings;
     }
-    const bool lower = seen.part == MouldingEdge::lower;
-    const double scale = lower ? distance - moulding : distance;
-    const double off = std::abs(seen.other_rise) * scale - moulding;
-    const bool is_it = seen.part != MouldingEdge::none_seen && std::abs(off) < 3 * seen.other_rise_sigma * scale + measured;
+    const auto read_at = [&](double depth, double weight) { readings.push_back({at_distance(seen, distance / (distance - depth)), depth, weight}); };
+    const double depth = seen.part == MouldingEdge::lower ? moulding : 0;
+    const double height = std::abs(seen.other_rise) * (distance - depth);
+    const bool is_it = seen.part != MouldingEdge::none_seen && std::abs(height - moulding) < 3 * seen.other_rise_sigma * (distance - depth) + measured;
     if (is_it) {
-        depths.push_back({lower ? moulding : 0, 1});
-        return depths;
+        read_at(depth, 1);
+    } else {
+        read_at(moulding, lower_if_alone);
+        read_at(0, 1 - lower_if_alone);
     }
-    depths.push_back({moulding, lower_if_alone});
-    depths.push_back({0, 1 - lower_if_alone});
-    return depths;
+    return readings;
 }
 
 }  // namespace roomfix

@@ -45,7 +45,9 @@ struct CornerObservation {
     double weight = 1;                                              // among all that one picture may show
     Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
     std::array<EdgeSighting, 3> edges;
-    // A moulding's two corners are two observations, each of which tells how far above it the other one lies, in its ceiling distances.
+    // A moulding's two corners are two observations of one sighting, which exclude each other. Each tells how far above it the other one lies, in its
+    // ceiling distances.
+    int sighting = 0;
     MouldingEdge part = MouldingEdge::none_seen;
     double other_rise = 0, other_rise_sigma = 0;
 
@@ -53,12 +55,17 @@ struct CornerObservation {
     Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const { return covariance + by_intrinsics * intrinsics * by_intrinsics.transpose(); }
 };
 
-/// How far below the ceiling what was read may lie, m, where the site states the moulding's height (m, 0: it does not, and the site's corner is what was read).
-/// `distance`: from the camera up to the ceiling, m.
-struct DepthBelowCeiling {
-    double depth = 0;
-    double weight = 1;
+/// The same picture of a corner that is `scale` times as far above the camera.
+CornerObservation at_distance(CornerObservation seen, double scale);
+
+/// What was read, as a picture of the site's corner.
+struct CornerReading {
+    CornerObservation seen;
+    double depth = 0;   // m: of what was read below the site's corner
+    double weight = 1;  // among the readings
 };
-FixedList<DepthBelowCeiling, 2> depths_of(const CornerObservation& seen, double moulding, double distance);
+/// What was read may be either corner of a moulding whose height the site states (m; 0: it states none, and its corner is what was read). `distance`: from
+/// the camera up to the site's corner, m; more than the moulding's height.
+FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, double moulding, double distance);
 
 }  // namespace roomfix

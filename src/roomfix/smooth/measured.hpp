@@ -15,7 +15,7 @@ struct SeenLandmark {
 };
 
 struct SeenCorner {
-    CornerObservation seen;
+    CornerObservation seen;  // as a picture of the site's corner
     int corner = 0;  // index in the site
 };
 
