@@ -383,30 +383,6 @@ double excess_scatter(const CornerFit& fit) {
     return fit.spread > by_chance ? fit.spread : 1.0;
 }
 
-Matrix5d covariance_beside(const CornerFit& fit, double px, const CornerFitSettings& settings) {
-    const Eigen::LDLT<Matrix5d> information(fit.information);
-    Matrix5d covariance = Matrix5d::Zero();
-    for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
-        double length = 0;
-        for (const EdgePiece& piece : fit.pieces) {
-            if (piece.edge == edge && piece.seen) length = std::max(length, piece.start + piece.length);
-        }
-        Vector5d beside = Vector5d::Zero();
-        Vector5d turned = Vector5d::Zero();
-        for (const EdgePiece& piece : fit.pieces) {
-            if (piece.edge != edge || !piece.seen) continue;
-            const Vector5d pull = px * piece_weight(piece, settings.outlier, settings) * piece.slope;
-            beside += pull;
-            turned += (1 - 2 * (piece.start + 0.5 * piece.length) / length) * pull;
-        }
-        for (const Vector5d& pull : {beside, turned}) {
-            const Vector5d move = information.solve(pull);
-            covariance += move * move.transpose();
-        }
-    }
-    return covariance;
-}
-
 CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings) {
     Matrix5d information = Matrix5d::Zero();
     CornerByIntrinsics pull = CornerByIntrinsics::Zero();

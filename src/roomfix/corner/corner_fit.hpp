@@ -127,9 +127,6 @@ private:
 /// How many times more the pieces scatter than their light tells; 1 where that may be chance.
 double excess_scatter(const CornerFit& fit);
 
-/// What the view's covariance has more if each edge may run `px` beside the corner's own, along all of it or turned.
-Matrix5d covariance_beside(const CornerFit& fit, double px, const CornerFitSettings& settings);
-
 /// How the view moves with the intrinsics with which it was found.
 CornerByIntrinsics view_by_intrinsics(const CameraModel& model, const CornerFit& fit, const CornerFitSettings& settings);
 

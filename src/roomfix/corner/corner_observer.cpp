@@ -202,10 +202,12 @@ void CornerObserver::add_readings(const CornerFit& fit, double wall_angle, const
     seen.part = moulding->read;
     seen.other_rise = moulding->rise;
     seen.other_rise_sigma = moulding->rise_sigma;
-    const auto here = corner_pixel(model_, fit.view, wall_angle);
-    const auto there = corner_pixel(model_, with_corner_raised(fit.view, moulding->rise), wall_angle);
-    // Where only one wall has a moulding, the three edges need not meet in a point.
-    if (moulding->one_wall && here && there) seen.covariance += covariance_beside(fit, settings_.on_one_wall * (*here - *there).norm(), settings_.fit);
+    if (moulding->one_wall) {
+        // The three edges need not meet in a point: taking them for a corner's turns the view by about as much as the moulding's edges are apart.
+        const double turned = moulding->rise * moulding->rise;
+        seen.covariance.diagonal().head<3>().array() += turned;
+        seen.covariance.diagonal().tail<2>().array() += turned * (1 + fit.view.place.squaredNorm());
+    }
     CornerObservation other = other_reading(seen, *moulding);
     seen.weight *= settings_.read_is_measured;
     other.weight *= 1 - settings_.read_is_measured;

@@ -74,7 +74,7 @@ private:
     CornerSearchResult found_;
     std::vector<CornerExplanation> explanations_;
     CornerFit fit_;
-    EdgesBeside beside_;  // the edges of fit_, as seen ...
+    EdgesBeside beside_;                                            // the edges of fit_, as seen ...
     Eigen::Vector2d beside_from_ = Eigen::Vector2d::Constant(1e9);  // ... from this place
 };
 

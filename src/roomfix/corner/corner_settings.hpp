@@ -47,7 +47,6 @@ struct CornerSettings {
     double moulding_score = 0.6;     // and the lower corner counts if its score is this part of the upper's
     double parallel_lines = 0.03;    // rad: lines of a moulding's edges are parallel to the others' within this
     double read_is_measured = 0.6;   // how likely it is that of a moulding's two corners the one was measured that was read, where the walls' edge ends
-    double on_one_wall = 0.2;        // of the distance between a moulding's edges: the corner's edges may lie this far beside what was read if one wall has none
     double roll_sigma = 0.17;        // rad: cameras are held upright, about
     double common_tilt = 0.96;       // rad: and look up no more steeply than this (55 deg), about,
     double tilt_sigma = 0.17;        // rad

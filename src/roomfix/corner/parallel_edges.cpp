@@ -11,8 +11,8 @@ namespace {
 constexpr double beside = 2.25;  // px: light on either side of a step is averaged up to here
 
 struct StepAt {
-    double place = 0;  // px from the stretch
-    double plain = 0;  // standard deviations
+    double place = 0;       // px from the stretch
+    double plain = 0;       // standard deviations
     bool brighter = false;  // along the stretch's normal
 };
 
@@ -69,7 +69,7 @@ void BesideVotes::add(const CornerFit& fit, int k) {
         Length& length = read_[piece.edge][static_cast<std::size_t>(k + most)];
         length.all += piece.length;
         if (near) length.near += piece.length;
-        steps_in(piece.profile, settings_.faint, steps);
+        steps_in(piece.profile, settings_.plain, steps);
         std::array<std::array<bool, cells>, 2> counted{};  // a piece counts once
         for (const StepAt& at : steps) {
             const double further = (1 + raised) * at.place / piece.lift;
@@ -93,8 +93,13 @@ bool BesideVotes::holds(std::size_t edge, int cell, double part) const {
     if (std::abs(k) > most) return false;
     const Length& length = read_[edge][static_cast<std::size_t>(k + most)];
     if (length.near < 0.5 * settings_.near * unit_ || length.all < settings_.near * unit_) return false;
+    // Posters and cupboards draw edges below the ceiling's, and begin away from the corner; nothing but a moulding does above it, but faintly, where all is
+    // white.
+    const bool above = cell > reach;
+    const double least_near = above ? 0 : part * length.near;
+    const double least = (above ? 0.8 : 1) * part * length.all;
     const auto c = static_cast<std::size_t>(cell);
-    return std::any_of(votes_[edge].begin(), votes_[edge].end(), [&](const Row& row) { return row.near[c] > part * length.near && row.all[c] > part * length.all; });
+    return std::any_of(votes_[edge].begin(), votes_[edge].end(), [&](const Row& row) { return row.near[c] >= least_near && row.all[c] > least; });
 }
 
 /// The outermost rise above (direction 1) or below (-1) the edge at which one runs, its size between `from` and `to`; 0: none.

@@ -18,9 +18,8 @@ struct ParallelSettings {
     double apart = 4;     // px: nearer ones are one edge
     double near = 70;     // px from the corner: here ...
     double far = 220;     // ... and up to here ...
-    double faint = 3;     // standard deviations that a step stands out
-    double kept = 0.5;    // ... it is seen along this part,
-    double second = 0.3;  // or along this if the other wall shows one about as high
+    double kept = 0.6;    // ... it is seen along this part,
+    double second = 0.4;  // or along this if the other wall shows one about as high
 };
 
 /// A corner with the same directions of its edges, a little up or down the walls' edge.

@@ -56,8 +56,9 @@ void check_height(YamlReader& reader, const YAML::Node& node, const SiteCamera& 
     }
     for (const SiteCorner& corner : site.corners) {
         if (corner.position.z() - corner.moulding > known.height + 0.01) continue;
-        reader.error(node["height"], fmt::format("cameras.{}.height is {} m, but corner {} is {} m high: the camera must be below the ceiling and its mouldings", camera.id,
-                                                 known.height, corner.id, corner.position.z()));
+        reader.error(node["height"],
+                     fmt::format("cameras.{}.height is {} m, but corner {} is {} m high: the camera must be below the ceiling and its mouldings", camera.id,
+                                 known.height, corner.id, corner.position.z()));
     }
 }
 

@@ -119,8 +119,9 @@ std::string robot_text(const SiteRobot& robot) {
     if (robot.drive != Drive::unknown) text += robot.drive == Drive::differential ? ", drive: differential" : ", drive: holonomic";
     for (const auto& [key, value] : senses_text(robot)) text += fmt::format(",\n     {}: {}", key, value);
     if (robot.tag) {
-        text += fmt::format(",\n     tag: {{id: {}, family: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, name_of(robot.tag->family), number_text(robot.tag->size),
-                            list_text(robot.robot_from_tag.translation()), number_text(yaw_of(robot.robot_from_tag.linear().col(1))));
+        text +=
+            fmt::format(",\n     tag: {{id: {}, family: {}, size: {}, position: {}, yaw_deg: {}}}", robot.tag->number, name_of(robot.tag->family),
+                        number_text(robot.tag->size), list_text(robot.robot_from_tag.translation()), number_text(yaw_of(robot.robot_from_tag.linear().col(1))));
     }
     return text + "}\n";
 }
@@ -133,8 +134,8 @@ std::string landmark_text(const SiteLandmark& landmark) {
     } else if (const auto* tag = std::get_if<Tag>(&landmark.kind)) {
         const double out = pose.linear()(2, 2);
         const bool wall = std::abs(out) < 0.5;
-        text += fmt::format(", yaw_deg: {}, tag: {}, family: {}, size: {}, facing: {}, tilt_sigma_deg: {}", number_text(yaw_of(pose.linear().col(wall ? 2 : 1))),
-                            tag->number, name_of(tag->family), number_text(tag->size),
+        text += fmt::format(", yaw_deg: {}, tag: {}, family: {}, size: {}, facing: {}, tilt_sigma_deg: {}",
+                            number_text(yaw_of(pose.linear().col(wall ? 2 : 1))), tag->number, name_of(tag->family), number_text(tag->size),
                             wall      ? "wall"
                             : out > 0 ? "up"
                                       : "down",

@@ -16,7 +16,7 @@ struct SeenLandmark {
 
 struct SeenCorner {
     CornerObservation seen;  // as a picture of the site's corner
-    int corner = 0;  // index in the site
+    int corner = 0;          // index in the site
 };
 
 struct SeenMark {
