@@ -184,7 +184,6 @@ void CornerObserver::report(LumaView frame, CornerResult& result) {
     double kept = 0;
     for (const CornerObservation& corner : result.corners) kept += corner.weight;
     for (CornerObservation& corner : result.corners) corner.weight /= kept;
-    std::stable_sort(result.corners.begin(), result.corners.end(), [](const CornerObservation& a, const CornerObservation& b) { return a.weight > b.weight; });
     add_rejected(explanations_[0].lines, result);
     fit_.kind = explanations_[0].fit.kind;
 }

@@ -31,7 +31,7 @@ struct RejectedLine {
 };
 
 struct CornerResult {
-    std::vector<CornerObservation> corners;  // the likeliest first; weights add up to 1
+    std::vector<CornerObservation> corners;  // the likeliest sighting first, as it was read; weights add up to 1
     std::vector<RejectedLine> rejected;
     bool predicted = false;  // found where it was expected
     std::string reason;      // why there is none; empty otherwise

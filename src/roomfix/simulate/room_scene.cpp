@@ -108,7 +108,7 @@ private:
         for (std::size_t i = 0; i < walls_.size(); ++i) {
             if (i < scene_.moulded.size() && !scene_.moulded[i]) continue;
             const float approach = walls_[i].inward.dot(d.head<2>()) - slope * d.z();
-            const float gap = walls_[i].inward.dot(o.head<2>() - walls_[i].from) + slope * (height_ - o.z() - size);  // times sqrt(1 + slope^2)
+            const float gap = walls_[i].inward.dot(o.head<2>() - walls_[i].from) + slope * height_ - slope * o.z() - slope * size;  // times sqrt(1 + slope^2)
             if (approach > -1e-9f || gap < 0) continue;
             const float distance = gap / -approach;
             if (distance >= hit.distance) continue;
