@@ -199,5 +199,85 @@ TEST(CornerLocator, AnotherWallAngleIsAnotherCorner) {
     EXPECT_EQ(located.places.size(), 3u);
 }
 
+/// Both corners of a moulding as one picture shows them: the lower one, where the walls' edge ends, and the upper one.
+std::vector<CornerObservation> both_corners(const Eigen::Isometry3d& map_from_camera, SiteCorner corner, double moulding, Random& random) {
+    const double distance = corner.position.z() - map_from_camera.translation().z();
+    CornerObservation upper = observed(map_from_camera, corner, random);
+    corner.position.z() -= moulding;
+    CornerObservation lower = observed(map_from_camera, corner, random);
+    lower.part = MouldingEdge::lower;
+    lower.other_rise = moulding / (distance - moulding);
+    upper.part = MouldingEdge::upper;
+    upper.other_rise = -moulding / distance;
+    lower.other_rise_sigma = upper.other_rise_sigma = 0.003;
+    lower.weight = 0.6;
+    upper.weight = 0.4;
+    return {lower, upper};
+}
+
+TEST(CornerLocator, BothCornersOfAStatedMouldingAreOneSharpPlace) {
+    Site site = room(false);
+    site.corners[0].moulding = 0.08;
+    const auto locator = CornerLocator::for_camera(site, site.cameras[0]);
+    ASSERT_TRUE(locator);
+    Random random(7);
+    const Eigen::Isometry3d truth = looking_at({1.8, 1.5, 0.7}, {0, 0, 2.7});
+    const auto seen = both_corners(truth, site.corners[0], 0.08, random);
+    CameraHints hints;
+    hints.corner = 0;
+    LocatedCamera located;
+    locator->locate(seen, hints, located);
+    ASSERT_EQ(located.places.size(), 1u);
+    EXPECT_LT(std::hypot(located.places[0].pose.x - 1.8, located.places[0].pose.y - 1.5), 0.03);
+    EXPECT_LT(std::sqrt(located.places[0].covariance.topLeftCorner<2, 2>().trace()), 0.02);
+}
+
+TEST(CornerLocator, OfAMouldingThatIsNotStatedEitherCornerMayHaveBeenMeasured) {
+    const Site site = room(false);
+    const auto locator = CornerLocator::for_camera(site, site.cameras[0]);
+    ASSERT_TRUE(locator);
+    Random random(8);
+    const Eigen::Isometry3d truth = looking_at({1.8, 1.5, 0.7}, {0, 0, 2.7});
+    const auto seen = both_corners(truth, site.corners[0], 0.08, random);
+    CameraHints hints;
+    hints.corner = 0;
+    LocatedCamera located;
+    locator->locate(seen, hints, located);
+    ASSERT_EQ(located.places.size(), 2u);
+    EXPECT_NEAR(located.places[0].weight, 0.6, 1e-9);
+    EXPECT_NEAR(located.best_corner, 1, 1e-9);
+    const auto place_of = [](const CameraPlace& p) { return Eigen::Vector2d(p.pose.x, p.pose.y); };
+    EXPECT_LT((place_of(located.places[1]) - Eigen::Vector2d(1.8, 1.5)).norm(), 0.03) << "the site's corner is at the ceiling, where the upper one was seen";
+    const Eigen::Vector2d apart = place_of(located.places[0]) - place_of(located.places[1]);
+    EXPECT_NEAR(apart.norm(), std::hypot(1.8, 1.5) * 0.08 / 1.92, 0.02);
+    EXPECT_LT(apart.dot(located.places[0].covariance.topLeftCorner<2, 2>().ldlt().solve(apart)), 3);
+
+    // A prediction tells them apart.
+    const double looks = std::atan2(truth.linear()(1, 2), truth.linear()(0, 2));
+    hints.prediction = CameraHints::Prediction{{1.8, 1.5, looks}, (Eigen::Vector3d(1e-4, 1e-4, 1e-4)).asDiagonal()};
+    locator->locate(seen, hints, located);
+    EXPECT_GT(located.places[0].weight, 0.95);
+    EXPECT_LT((place_of(located.places[0]) - Eigen::Vector2d(1.8, 1.5)).norm(), 0.03);
+}
+
+TEST(CornerLocator, WhereAStatedMouldingIsNotSeenItsEdgesMayBeEither) {
+    Site site = room(false);
+    site.corners[0].moulding = 0.08;
+    const auto locator = CornerLocator::for_camera(site, site.cameras[0]);
+    ASSERT_TRUE(locator);
+    Random random(9);
+    const Eigen::Isometry3d truth = looking_at({1.8, 1.5, 0.7}, {0, 0, 2.7});
+    SiteCorner lower = site.corners[0];
+    lower.position.z() -= 0.08;
+    const CornerObservation seen = observed(truth, lower, random);
+    CameraHints hints;
+    hints.corner = 0;
+    LocatedCamera located;
+    locator->locate({&seen, 1}, hints, located);
+    ASSERT_FALSE(located.places.empty());
+    EXPECT_LT(std::hypot(located.places[0].pose.x - 1.8, located.places[0].pose.y - 1.5), 0.03);
+    EXPECT_GT(std::sqrt(located.places[0].covariance.topLeftCorner<2, 2>().trace()), 0.03) << "80 % of them are the lower ones";
+}
+
 }  // namespace
 }  // namespace roomfix

@@ -51,6 +51,18 @@ const Problem* problem_with(const LoadedSite& loaded, const std::string& words) 
     return nullptr;
 }
 
+TEST(LoadSite, ACornersMouldingIsReadAndWrittenBack) {
+    const LoadedSite plain = parse_site(good, "/somewhere");
+    ASSERT_TRUE(plain.usable());
+    EXPECT_EQ(plain.site.corners.at(0).moulding, 0);
+    const LoadedSite loaded = parse_site(with(good, "yaw_deg: 0}\n", "yaw_deg: 0, moulding: 0.08}\n"), "/somewhere");
+    ASSERT_TRUE(loaded.usable());
+    EXPECT_EQ(loaded.site.corners.at(0).moulding, 0.08);
+    const LoadedSite again = parse_site(site_text(loaded.site), "/somewhere");
+    ASSERT_TRUE(again.usable());
+    EXPECT_EQ(again.site.corners.at(0).moulding, 0.08);
+}
+
 TEST(LoadSite, ReadsEverything) {
     const LoadedSite loaded = parse_site(good, "/somewhere");
     for (const auto& p : loaded.problems) EXPECT_FALSE(p.fatal) << p.message;
@@ -130,6 +142,9 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"position: [0, 0, 2.7]", "position: [0, 0]", "list of 3 numbers"},
         {"nw: {position: [0, 0, 2.7], yaw_deg: 0}", "nw: {yaw_deg: 0}", "needs the key 'position'"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, angle_deg: 180}\n", "between 20 and 160"},
+        {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: 0}\n", "corners.nw.moulding"},
+        {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: -0.08}\n", "corners.nw.moulding"},
+        {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: 8}\n", "corners.nw.moulding"},
         {"    mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}\n", "    height: 2.7\n    robot: r1\n", "must be below the ceiling"},
         {"count: many", "count: many, receiver: {position: [0, 0, 1]}", "an entry of its own"},
     };

@@ -21,7 +21,11 @@ bool hidden(const std::vector<Polyline>& walls, const Eigen::Isometry3d& map_fro
     return wall_between(walls, from, from + 0.97 * (corner.position.head<2>() - from));
 }
 
-/// Two corners in one picture that put the camera at the same place speak for that place together.
+/// Of the same corner in the picture, taken for the same corner of the site.
+bool are_readings(const CameraPlace& a, const CameraPlace& b) { return a.corner == b.corner && a.sighting == b.sighting; }
+
+/// Two corners in one picture that put the camera at the same place speak for that place together; so do a moulding's two, if the site states how far
+/// they are apart. If it does not, one of the two was measured: they exclude each other.
 void join_same(std::vector<CameraPlace>& places) {
     constexpr double same = 25;  // chi-square of 3
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -29,7 +33,8 @@ void join_same(std::vector<CameraPlace>& places) {
             const CameraPlace& a = places[i];
             const CameraPlace& b = places[j];
             const Eigen::Vector3d off(a.pose.x - b.pose.x, a.pose.y - b.pose.y, wrap_angle(a.pose.yaw - b.pose.yaw));
-            if (a.observation == b.observation || off.dot((a.covariance + b.covariance).ldlt().solve(off)) > same) {
+            const bool exclusive = a.observation == b.observation || (are_readings(a, b) && a.depth == b.depth);
+            if (exclusive || off.dot((a.covariance + b.covariance).ldlt().solve(off)) > same) {
                 ++j;
                 continue;
             }
@@ -38,6 +43,28 @@ void join_same(std::vector<CameraPlace>& places) {
             places[i].weight = weight;
             places.erase(places.begin() + static_cast<std::ptrdiff_t>(j));
         }
+    }
+}
+
+/// Adds to each place's covariance its distance from the other readings of the same corner, by their weight.
+void contain_others(std::vector<CameraPlace>& places) {
+    std::vector<Eigen::Matrix3d> spreads;
+    for (const CameraPlace& place : places) {
+        Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+        double weights = 0;
+        for (const CameraPlace& other : places) {
+            if (!are_readings(place, other)) continue;
+            const Eigen::Vector3d off(other.pose.x - place.pose.x, other.pose.y - place.pose.y, wrap_angle(other.pose.yaw - place.pose.yaw));
+            spread += other.weight * off * off.transpose();
+            weights += other.weight;
+        }
+        spreads.push_back(spread / weights);
+    }
+    Eigen::Matrix<double, 6, 3> by_pose = Eigen::Matrix<double, 6, 3>::Zero();
+    by_pose(0, 0) = by_pose(1, 1) = by_pose(5, 2) = 1;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        places[i].covariance += spreads[i];
+        places[i].map_from_camera.covariance += by_pose * spreads[i] * by_pose.transpose();
     }
 }
 
@@ -59,9 +86,9 @@ Result<CornerLocator> CornerLocator::for_camera(const Site& site, const SiteCame
     if (site.corners.empty())
         return Error{fmt::format("camera {} looks for corners, but the site has none: measure one and add it under 'corners'", camera.id)};
     for (const SiteCorner& corner : site.corners) {
-        if (corner.position.z() <= height) {
-            return Error{fmt::format("corner {} is {} m high and camera {} is {} m high: the camera must be below the ceiling", corner.id, corner.position.z(),
-                                     camera.id, height)};
+        if (corner.position.z() - corner.moulding <= height) {
+            return Error{fmt::format("corner {} is {} m high and camera {} is {} m high: the camera must be below the ceiling and its mouldings", corner.id,
+                                     corner.position.z(), camera.id, height)};
         }
     }
     locator.robot_ = site.robot(robot).value_or(-1);
@@ -94,7 +121,9 @@ CornerHints CornerLocator::expected(const CameraHints& hints) const {
     if (!hints.prediction || !mount) return observer;
     const Eigen::Isometry3d map_from_camera = map_from_robot(hints.prediction->pose) * mount->robot_from_camera.pose;
     const View view{camera_.model, {map_from_camera, Matrix6d::Zero()}};
-    for (const SiteCorner& corner : site_.corners) {
+    for (const SiteCorner& measured : site_.corners) {
+        SiteCorner corner = measured;
+        corner.position.z() -= measured.moulding;  // where the edge between the walls ends
         const Eigen::Vector2d to_corner = corner.position.head<2>() - map_from_camera.translation().head<2>();
         const auto pixel = project_map_point(view, corner.position);
         if (!pixel || !camera_.model.contains(*pixel, 6) || hidden(site_.walls, map_from_camera, corner)) continue;
@@ -204,6 +233,11 @@ std::optional<CameraPlace> CornerLocator::on_robot(const CornerObservation& seen
     return place;
 }
 
+double CornerLocator::height() const {
+    if (const auto* known = std::get_if<KnownHeight>(&camera_.placement)) return known->height;
+    return std::get<Mount>(camera_.placement).robot_from_camera.pose.translation().z();
+}
+
 std::optional<CameraPlace> CornerLocator::stand_at(const CornerObservation& seen, const SiteCorner& corner, double& misfit) const {
     misfit = 0;
     if (const auto* known = std::get_if<KnownHeight>(&camera_.placement)) return on_tripod(seen, corner, *known);
@@ -236,6 +270,7 @@ double CornerLocator::hint_likelihood(const CameraPlace& place, const CameraHint
 
 void CornerLocator::locate(std::span<const CornerObservation> seen, const CameraHints& hints, LocatedCamera& result) const {
     result.places.clear();
+    result.best_corner = 0;
     result.reason.clear();
     std::vector<double> scores;
     bool behind_walls = false;
@@ -244,17 +279,21 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
             const SiteCorner& corner = site_.corners[c];
             if (hints.corner >= 0 && hints.corner != static_cast<int>(c)) continue;
             if (std::abs(corner.wall_angle - seen[o].wall_angle) > 1e-6) continue;
-            double misfit = 0;
-            auto place = stand_at(seen[o], corner, misfit);
-            if (!place || misfit > settings_.largest_misfit) continue;
-            if (hidden(site_.walls, place->map_from_camera.pose, corner)) {
-                behind_walls = true;
-                continue;
+            for (const CornerReading& reading : readings_of(seen[o], corner.moulding, corner.position.z() - height())) {
+                double misfit = 0;
+                auto place = stand_at(reading.seen, corner, misfit);
+                if (!place || misfit > settings_.largest_misfit) continue;
+                if (hidden(site_.walls, place->map_from_camera.pose, corner)) {
+                    behind_walls = true;
+                    continue;
+                }
+                place->corner = static_cast<int>(c);
+                place->observation = static_cast<int>(o);
+                place->sighting = seen[o].sighting;
+                place->depth = reading.depth;
+                scores.push_back(std::log(seen[o].weight * reading.weight) - 0.5 * misfit + hint_likelihood(*place, hints));
+                result.places.push_back(*place);
             }
-            place->corner = static_cast<int>(c);
-            place->observation = static_cast<int>(o);
-            scores.push_back(std::log(seen[o].weight) - 0.5 * misfit + hint_likelihood(*place, hints));
-            result.places.push_back(*place);
         }
     }
     if (result.places.empty()) {
@@ -272,7 +311,11 @@ void CornerLocator::locate(std::span<const CornerObservation> seen, const Camera
     std::stable_sort(result.places.begin(), result.places.end(), [](const CameraPlace& a, const CameraPlace& b) { return a.weight > b.weight; });
     double kept = 0;
     for (const CameraPlace& p : result.places) kept += p.weight;
-    for (CameraPlace& p : result.places) p.weight /= kept;
+    for (CameraPlace& p : result.places) {
+        p.weight /= kept;
+        if (are_readings(p, result.places[0])) result.best_corner += p.weight;
+    }
+    contain_others(result.places);
 }
 
 }  // namespace roomfix

@@ -48,10 +48,13 @@ struct CameraPlace {
     double weight = 1;
     int corner = 0;       // index in the site
     int observation = 0;  // index of what was seen
+    int sighting = 0;     // of that observation
+    double depth = 0;     // m: of what was seen below the site's corner, where that has a moulding
 };
 
 struct LocatedCamera {
     std::vector<CameraPlace> places;  // the likeliest first; weights add up to 1
+    double best_corner = 0;           // weight of all readings of the corner on which the best one rests; the covariance of each contains the others
     std::string reason;               // why there is none
 };
 
@@ -72,6 +75,7 @@ public:
 
 private:
     CornerLocator(const Site& site, const SiteCamera& camera, const CornerLocatorSettings& settings) : site_(site), camera_(camera), settings_(settings) {}
+    double height() const;
     std::optional<CameraPlace> stand_at(const CornerObservation& seen, const SiteCorner& corner, double& misfit) const;
     std::optional<CameraPlace> on_tripod(const CornerObservation& seen, const SiteCorner& corner, const KnownHeight& known) const;
     std::optional<CameraPlace> on_robot(const CornerObservation& seen, const SiteCorner& corner, const Mount& mount, double& misfit) const;

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/corner/moulding.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -46,6 +48,7 @@ void CornerObserver::observe(LumaView frame, const CornerHints& hints, CornerRes
 }
 
 bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hints, CornerResult& result) {
+    double found = 0;
     for (const CornerHints::Expected& expected : hints.expected) {
         const double capture = 3 * expected.sigma;
         if (capture > settings_.fit.widest_capture) continue;  // it may be anywhere: look everywhere
@@ -55,16 +58,22 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
         };
         // Edges look as in the last frame; if they do not, look afresh.
         const EdgeKind last = fit_.kind[wall_edge];
-        auto score = fit_.look_known ? look(true, last) : std::nullopt;
+        const bool known = fit_.look_known;
+        auto score = known ? look(true, last) : std::nullopt;
         for (const EdgeKind kind : {last, other_than(last)}) {
             if (!score) score = look(false, kind);
         }
         fit_.look_known = score.has_value();
         if (!score) continue;
-        result.corners.push_back(observation_of(fit_, expected.wall_angle));
+        // What a moulding draws changes with the place alone.
+        if (!known || (fit_.view.place - beside_from_).norm() > 0.1) {
+            beside_ = reader_.beside(frame, expected.wall_angle, fit_);
+            beside_from_ = fit_.view.place;
+        }
+        add_readings(fit_, expected.wall_angle, beside_, 1, result);
+        ++found;
     }
-    const double count = static_cast<double>(result.corners.size());
-    for (CornerObservation& corner : result.corners) corner.weight = 1 / count;
+    for (CornerObservation& corner : result.corners) corner.weight /= found;
     result.predicted = !result.corners.empty();
     return result.predicted;
 }
@@ -138,7 +147,7 @@ bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerRes
     }
     std::erase_if(explanations_, [](const CornerExplanation& e) { return e.faint.has_value(); });
     merge_same();
-    report(result);
+    report(frame, result);
     return true;
 }
 
@@ -164,20 +173,45 @@ void CornerObserver::refine_best(LumaView frame) {
 }
 
 /// Each explanation with its weight among all.
-void CornerObserver::report(CornerResult& result) {
+void CornerObserver::report(LumaView frame, CornerResult& result) {
     double sum = 0;
     for (const CornerExplanation& e : explanations_) sum += std::exp((e.score - explanations_[0].score) / settings_.score_scale);
     for (const CornerExplanation& e : explanations_) {
         const double weight = std::exp((e.score - explanations_[0].score) / settings_.score_scale) / sum;
         if (weight < settings_.least_weight) break;
-        result.corners.push_back(observation_of(e.fit, e.wall_angle));
-        result.corners.back().weight = weight;
+        add_readings(e.fit, e.wall_angle, reader_.beside(frame, e.wall_angle, e.fit), weight, result);
     }
     double kept = 0;
     for (const CornerObservation& corner : result.corners) kept += corner.weight;
     for (CornerObservation& corner : result.corners) corner.weight /= kept;
     add_rejected(explanations_[0].lines, result);
     fit_.kind = explanations_[0].fit.kind;
+}
+
+/// What was read; and where a moulding runs along the walls its other corner, too, since either may be the one that was measured.
+void CornerObserver::add_readings(const CornerFit& fit, double wall_angle, const EdgesBeside& beside, double weight, CornerResult& result) const {
+    CornerObservation seen = observation_of(fit, wall_angle);
+    seen.weight = weight;
+    seen.sighting = result.corners.empty() ? 0 : result.corners.back().sighting + 1;
+    const auto moulding = moulding_beside(beside, fit.view, wall_angle);
+    if (!moulding) {
+        result.corners.push_back(seen);
+        return;
+    }
+    seen.part = moulding->read;
+    seen.other_rise = moulding->rise;
+    seen.other_rise_sigma = moulding->rise_sigma;
+    if (moulding->one_wall) {
+        // The three edges need not meet in a point: taking them for a corner's turns the view by about as much as the moulding's edges are apart.
+        const double turned = moulding->rise * moulding->rise;
+        seen.covariance.diagonal().head<3>().array() += turned;
+        seen.covariance.diagonal().tail<2>().array() += turned * (1 + fit.view.place.squaredNorm());
+    }
+    CornerObservation other = other_reading(seen, *moulding);
+    seen.weight *= settings_.read_is_measured;
+    other.weight *= 1 - settings_.read_is_measured;
+    result.corners.push_back(seen);
+    result.corners.push_back(other);
 }
 
 /// The same corner from slightly different lines is one explanation: the better one, which comes first.

@@ -31,7 +31,7 @@ struct RejectedLine {
 };
 
 struct CornerResult {
-    std::vector<CornerObservation> corners;  // the likeliest first; weights add up to 1
+    std::vector<CornerObservation> corners;  // the likeliest sighting first, as it was read; weights add up to 1
     std::vector<RejectedLine> rejected;
     bool predicted = false;  // found where it was expected
     std::string reason;      // why there is none; empty otherwise
@@ -52,7 +52,8 @@ private:
     bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
     void sort_explanations();
     void refine_best(LumaView frame);
-    void report(CornerResult& result);
+    void report(LumaView frame, CornerResult& result);
+    void add_readings(const CornerFit& fit, double wall_angle, const EdgesBeside& beside, double weight, CornerResult& result) const;
     void merge_same();
     double doubt_of(const CornerView& view, double wall_angle, const CornerHints& hints) const;
     bool ends_at(LumaView frame, const CornerExplanation& lower, const CornerExplanation& upper) const;
@@ -73,6 +74,8 @@ private:
     CornerSearchResult found_;
     std::vector<CornerExplanation> explanations_;
     CornerFit fit_;
+    EdgesBeside beside_;                                            // the edges of fit_, as seen ...
+    Eigen::Vector2d beside_from_ = Eigen::Vector2d::Constant(1e9);  // ... from this place
 };
 
 }  // namespace roomfix

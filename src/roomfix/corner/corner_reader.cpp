@@ -230,4 +230,25 @@ void CornerReader::settle_height(LumaView frame, CornerExplanation& explanation)
     fit.view = before;
 }
 
+EdgesBeside CornerReader::beside(LumaView frame, double wall_angle, const CornerFit& fit) {
+    around_.kind = fit.kind;
+    fitter_.look_like({1, LightProfile::widest, 1.5 * settings_.fit.stretch, StepModel::coarse}, around_);
+    const auto read = [&](double rise) {
+        around_.view = with_corner_raised(fit.view, rise);
+        fitter_.read(frame, wall_angle, 1, around_);
+    };
+    read(0);
+    std::array<double, 2> lift = {0, 0};
+    for (const EdgePiece& piece : around_.pieces) {
+        if (piece.edge != wall_edge && lift[piece.edge] == 0) lift[piece.edge] = std::abs(piece.lift);
+    }
+    if (lift[0] < 1 || lift[1] < 1) return {};
+    BesideVotes votes(lift, length_unit(model_), settings_.parallel);
+    for (int k = -BesideVotes::most; k <= BesideVotes::most; ++k) {
+        read(votes.rise(k));
+        votes.add(around_, k);
+    }
+    return votes.found();
+}
+
 }  // namespace roomfix

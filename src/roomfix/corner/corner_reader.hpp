@@ -42,6 +42,9 @@ public:
     /// A corner expected where `fit.view` is, within `capture` px. No allocation if `fit` is reused.
     std::optional<double> find_again(LumaView frame, double wall_angle, double capture, EdgeKind kind, bool look_known, CornerFit& fit);
 
+    /// Edges beside those of a fit that was fitted to the end, as a moulding draws them. No allocation after the first time.
+    EdgesBeside beside(LumaView frame, double wall_angle, const CornerFit& fit);
+
     /// Another explanation, where the first does not hold. If that holds no better, why the first does not is what people want to know.
     template <class Explain>
     auto instead(const Explain& explain) {
@@ -75,7 +78,9 @@ private:
     EdgeEnds edge_ends_;
     EdgeSettler settler_;
     std::string refusal_;
-    std::vector<ParallelCorner> parallels_;  // working memory
+    // Working memory.
+    std::vector<ParallelCorner> parallels_;
+    CornerFit around_;
 };
 
 }  // namespace roomfix

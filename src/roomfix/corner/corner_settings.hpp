@@ -46,6 +46,7 @@ struct CornerSettings {
     double largest_moulding = 0.09;  // of the picture's height: parallel edges this close are a moulding's,
     double moulding_score = 0.6;     // and the lower corner counts if its score is this part of the upper's
     double parallel_lines = 0.03;    // rad: lines of a moulding's edges are parallel to the others' within this
+    double read_is_measured = 0.6;   // how likely it is that of a moulding's two corners the one was measured that was read, where the walls' edge ends
     double roll_sigma = 0.17;        // rad: cameras are held upright, about
     double common_tilt = 0.96;       // rad: and look up no more steeply than this (55 deg), about,
     double tilt_sigma = 0.17;        // rad

@@ -11,8 +11,9 @@ namespace {
 constexpr double beside = 2.25;  // px: light on either side of a step is averaged up to here
 
 struct StepAt {
-    double place = 0;  // px from the stretch
-    double plain = 0;  // standard deviations
+    double place = 0;       // px from the stretch
+    double plain = 0;       // standard deviations
+    bool brighter = false;  // along the stretch's normal
 };
 
 /// Where the light along a profile steps.
@@ -50,11 +51,82 @@ void steps_in(const LightProfile& profile, double plain, FixedList<StepAt, 32>& 
         const double after = std::abs(change[i + 1]);
         const double bend = before - 2 * size + after;
         const double shift = bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0;
-        if (steps.size() < 32) steps.push_back({static_cast<double>(values[i].distance) + shift * LightProfile::bin, size});
+        if (steps.size() < 32) steps.push_back({static_cast<double>(values[i].distance) + shift * LightProfile::bin, size, change[i] > 0});
     }
 }
 
 }  // namespace
+
+BesideVotes::BesideVotes(const std::array<double, 2>& lift, double unit, const ParallelSettings& settings)
+    : settings_(settings), lift_(lift), unit_(unit), rise_step_(step / std::max(lift[0], lift[1])) {}
+
+void BesideVotes::add(const CornerFit& fit, int k) {
+    const double raised = rise(k);
+    FixedList<StepAt, 32> steps;
+    for (const EdgePiece& piece : fit.pieces) {
+        if (piece.edge == wall_edge || piece.start > settings_.far * unit_ || piece.profile.values.size() < 16 || std::abs(piece.lift) < 1e-9) continue;
+        const bool near = piece.start < settings_.near * unit_;
+        Length& length = read_[piece.edge][static_cast<std::size_t>(k + most)];
+        length.all += piece.length;
+        if (near) length.near += piece.length;
+        steps_in(piece.profile, settings_.plain, steps);
+        std::array<std::array<bool, cells>, 2> counted{};  // a piece counts once
+        for (const StepAt& at : steps) {
+            const double further = (1 + raised) * at.place / piece.lift;
+            if (std::abs(further) > 0.5 * rise_step_) continue;  // another fit reads it better
+            const int middle = static_cast<int>(std::lround((raised + further) * lift_[piece.edge])) + reach;
+            const std::size_t sign = at.brighter == (piece.lift > 0);
+            for (int cell = std::max(middle - 1, 0); cell <= std::min(middle + 1, cells - 1); ++cell) {
+                const auto c = static_cast<std::size_t>(cell);
+                if (counted[sign][c]) continue;
+                counted[sign][c] = true;
+                votes_[piece.edge][sign].all[c] += piece.length;
+                if (near) votes_[piece.edge][sign].near[c] += piece.length;
+            }
+        }
+    }
+}
+
+/// Whether an edge runs there along this part of what could be read.
+bool BesideVotes::holds(std::size_t edge, int cell, double part) const {
+    const int k = static_cast<int>(std::lround((cell - reach) / (rise_step_ * lift_[edge])));
+    if (std::abs(k) > most) return false;
+    const Length& length = read_[edge][static_cast<std::size_t>(k + most)];
+    if (length.near < 0.5 * settings_.near * unit_ || length.all < settings_.near * unit_) return false;
+    // Posters and cupboards draw edges below the ceiling's, and begin away from the corner; nothing but a moulding does above it, but faintly, where all is
+    // white.
+    const bool above = cell > reach;
+    const double least_near = above ? 0 : part * length.near;
+    const double least = (above ? 0.8 : 1) * part * length.all;
+    const auto c = static_cast<std::size_t>(cell);
+    return std::any_of(votes_[edge].begin(), votes_[edge].end(), [&](const Row& row) { return row.near[c] >= least_near && row.all[c] > least; });
+}
+
+/// The outermost rise above (direction 1) or below (-1) the edge at which one runs, its size between `from` and `to`; 0: none.
+double BesideVotes::outermost(std::size_t edge, int direction, double part, double from, double to) const {
+    const int nearest = std::max(static_cast<int>(settings_.apart * unit_), static_cast<int>(from * lift_[edge]));
+    const int farthest = std::min(reach, static_cast<int>(to * lift_[edge]));
+    for (int off = farthest; off >= nearest; --off) {
+        if (!holds(edge, reach + direction * off, part)) continue;
+        // Each step counts in three cells.
+        const int middle = off - 1 >= nearest && holds(edge, reach + direction * (off - 1), part) ? off - 1 : off;
+        return direction * middle / lift_[edge];
+    }
+    return 0;
+}
+
+EdgesBeside BesideVotes::found() const {
+    EdgesBeside edges;
+    for (const int direction : {1, -1}) {
+        auto& rises = direction > 0 ? edges.above : edges.below;
+        for (std::size_t edge = 0; edge < 2; ++edge) rises[edge] = outermost(edge, direction, settings_.kept, 0, 1);
+        for (std::size_t edge = 0; edge < 2; ++edge) {
+            const double other = std::abs(rises[1 - edge]);
+            if (rises[edge] == 0 && other > 0) rises[edge] = outermost(edge, direction, settings_.second, 0.4 * other, 2.5 * other);
+        }
+    }
+    return edges;
+}
 
 CornerView with_corner_raised(const CornerView& view, double rise) {
     CornerView raised = view;

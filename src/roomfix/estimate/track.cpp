@@ -206,14 +206,18 @@ std::optional<Surprise> take_corners(Belief& belief, const CornerSighting& seen,
         for (std::size_t k = 0; k < models.site.corners.size(); ++k) {
             const SiteCorner& corner = models.site.corners[k];
             if (std::abs(corner.wall_angle - observation.wall_angle) > 0.01) continue;
-            Belief tried = before;
-            const Doubt doubt{models.settings.outliers, models.settings.gate + 10, -std::log(8 * std::numbers::pi * std::numbers::pi * 25)};
-            auto surprise = update_corner(tried, observation, corner, static_cast<int>(k), camera, doubt);
-            if (!surprise) continue;
-            surprise->log_evidence += std::log(std::max(observation.weight, 1e-6));
-            if (best && surprise->log_evidence <= best->log_evidence) continue;
-            best = surprise;
-            belief = tried;
+            const double distance = corner.position.z() - camera.camera.robot_from_camera.pose.translation().z();
+            if (!(distance > corner.moulding)) continue;
+            for (const CornerReading& reading : readings_of(observation, corner.moulding, distance)) {
+                Belief tried = before;
+                const Doubt doubt{models.settings.outliers, models.settings.gate + 10, -std::log(8 * std::numbers::pi * std::numbers::pi * 25)};
+                auto surprise = update_corner(tried, reading.seen, corner, static_cast<int>(k), camera, doubt);
+                if (!surprise) continue;
+                surprise->log_evidence += std::log(std::max(observation.weight * reading.weight, 1e-6));
+                if (best && surprise->log_evidence <= best->log_evidence) continue;
+                best = surprise;
+                belief = tried;
+            }
         }
     }
     return best;

@@ -5,6 +5,7 @@
 #include <array>
 #include <numbers>
 
+#include "roomfix/base/fixed_list.hpp"
 #include "roomfix/geometry/camera_model.hpp"
 
 namespace roomfix {
@@ -32,6 +33,9 @@ struct EdgeSighting {
     float seen = 0;                                                                            // px of that which the picture confirms
 };
 
+/// Which corner of a moulding's was read: where the edge between the walls ends, below it, or where the walls meet the ceiling.
+enum class MouldingEdge { none_seen, lower, upper };
+
 struct CornerObservation {
     CornerView view;
     double wall_angle = std::numbers::pi / 2;  // rad, between the two walls, inside the room
@@ -41,9 +45,27 @@ struct CornerObservation {
     double weight = 1;                                              // among all that one picture may show
     Eigen::Vector2f pixel = Eigen::Vector2f::Zero();
     std::array<EdgeSighting, 3> edges;
+    // A moulding's two corners are two observations of one sighting, which exclude each other. Each tells how far above it the other one lies, in its
+    // ceiling distances.
+    int sighting = 0;
+    MouldingEdge part = MouldingEdge::none_seen;
+    double other_rise = 0, other_rise_sigma = 0;
 
     /// With what is not known of the intrinsics.
     Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const { return covariance + by_intrinsics * intrinsics * by_intrinsics.transpose(); }
 };
+
+/// The same picture of a corner that is `scale` times as far above the camera.
+CornerObservation at_distance(CornerObservation seen, double scale);
+
+/// What was read, as a picture of the site's corner.
+struct CornerReading {
+    CornerObservation seen;
+    double depth = 0;   // m: of what was read below the site's corner
+    double weight = 1;  // among the readings
+};
+/// What was read may be either corner of a moulding whose height the site states (m; 0: it states none, and its corner is what was read). `distance`: from
+/// the camera up to the site's corner, m; more than the moulding's height.
+FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, double moulding, double distance);
 
 }  // namespace roomfix

@@ -57,7 +57,7 @@ json CameraPost::corner_drawing() const {
     if (shown.seen.corners.empty()) return seen;
     const bool placed = !shown.located.places.empty();
     const CornerObservation& corner = shown.seen.corners[placed ? static_cast<std::size_t>(shown.located.places[0].observation) : 0];
-    if (placed && shown.located.places[0].weight > likely) seen["id"] = corners_->corner_name(shown);
+    if (placed && shown.located.best_corner > likely) seen["id"] = corners_->corner_name(shown);
     for (const EdgeSighting& edge : corner.edges) seen["edges"].push_back(segment(edge.ends[0], edge.ends[1]));
     return seen;
 }

@@ -94,7 +94,7 @@ void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
         CornerSighting sighting{corners_->robot(), corner_.seen.corners, {}};
         for (const CameraPlace& p : places) sighting.proposals.push_back({p.pose, p.covariance, p.yaw_known, p.weight});
         tracker.see(time, id(), sighting);
-    } else if (places[0].weight >= likely) {
+    } else if (corner_.located.best_corner >= likely) {
         // A camera of which only the height is known stands where the robot stands.
         const PoseObservation pose{corners_->robot(), places[0].pose, places[0].yaw_known, places[0].covariance};
         tracker.see(time, id(), {&pose, 1});

@@ -69,7 +69,8 @@ Result<FloorSource> corner_source(const Site& site, const SiteCamera& camera, Lu
     if (result.located.places.empty())
         return Error{fmt::format("--corner {}: {}", options.corner, result.seen.reason.empty() ? result.located.reason : result.seen.reason)};
     if (result.located.places.size() > 1 && result.located.places[0].weight < 0.9) {
-        return Error{fmt::format("--corner {}: the picture allows {} poses; add floor points", options.corner, result.located.places.size())};
+        return Error{fmt::format("--corner {}: the picture allows {} poses; add floor points, or state the corner's 'moulding' if it has one", options.corner,
+                                 result.located.places.size())};
     }
     return FloorSource{"corner " + options.corner, {}, result.located.places[0].map_from_camera};
 }

@@ -101,16 +101,18 @@ private:
         if (scene_.moulding > 0) meet_moulding(o, d, hit);
     }
 
-    /// A moulding is a plane at 45 degrees that cuts off the edge between wall and ceiling.
+    /// A moulding is a plane that cuts off the edge between wall and ceiling.
     void meet_moulding(const Vector3f& o, const Vector3f& d, Meeting& hit) const {
         const float size = static_cast<float>(scene_.moulding);
+        const float slope = static_cast<float>(scene_.moulding_slope);
         for (std::size_t i = 0; i < walls_.size(); ++i) {
-            const float approach = walls_[i].inward.dot(d.head<2>()) - d.z();
-            const float gap = walls_[i].inward.dot(o.head<2>() - walls_[i].from) + height_ - o.z() - size;  // times sqrt(2)
+            if (i < scene_.moulded.size() && !scene_.moulded[i]) continue;
+            const float approach = walls_[i].inward.dot(d.head<2>()) - slope * d.z();
+            const float gap = walls_[i].inward.dot(o.head<2>() - walls_[i].from) + slope * height_ - slope * o.z() - slope * size;  // times sqrt(1 + slope^2)
             if (approach > -1e-9f || gap < 0) continue;
             const float distance = gap / -approach;
             if (distance >= hit.distance) continue;
-            const Vector3f normal = Vector3f(walls_[i].inward.x(), walls_[i].inward.y(), -1).normalized();
+            const Vector3f normal = Vector3f(walls_[i].inward.x(), walls_[i].inward.y(), -slope).normalized();
             hit = {distance, normal, scene_.moulding_albedo, 0, 1, 100 + static_cast<int>(i)};
         }
     }

@@ -53,7 +53,9 @@ struct RoomScene {
     std::vector<float> wall_albedo;      // one per wall; wall i runs from corner i to the next
     double height = 2.7;
     float ceiling_albedo = 0.85f;
-    double moulding = 0;  // m: a plaster moulding's reach along wall and ceiling; 0: none
+    double moulding = 0;        // m: a plaster moulding's height, along the wall; 0: none
+    double moulding_slope = 1;  // its reach along the ceiling over its height: 1: 45 deg; 0.1: nearly a flat strip
+    std::vector<bool> moulded;  // one per wall: whether the moulding runs along it; empty: along all
     float moulding_albedo = 0.85f;
     float floor_albedo = 0.35f;
     float texture = 0.03f;       // relative grain of the walls

@@ -77,13 +77,14 @@ void read_landmark(YamlReader& reader, const std::string& id, const YAML::Node& 
 
 void read_corner(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "corners." + id;
-    if (!reader.map(node, what, {"position", "yaw_deg", "angle_deg", "sigma"})) return;
+    if (!reader.map(node, what, {"position", "yaw_deg", "angle_deg", "sigma", "moulding"})) return;
     SiteCorner corner{id};
     const auto position = reader.point3(reader.required(node, "position", what), what + ".position");
     corner.position = position.value_or(corner.position);
     corner.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
     corner.wall_angle = radians(reader.number(node["angle_deg"], what + ".angle_deg", 20, 160).value_or(90));
     corner.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(corner.sigma);
+    corner.moulding = reader.number(node["moulding"], what + ".moulding", 0.001, 0.999).value_or(corner.moulding);
     if (position && !(position->z() > 0)) {
         reader.error(node["position"],
                      fmt::format("{}.position: z is {}: a corner under the ceiling is that high above the floor, in metres", what, position->z()));

@@ -81,11 +81,15 @@ void add_corner(const CornerSighting& sighting, const Event& event, const Trajec
         for (std::size_t k = 0; k < models.site.corners.size(); ++k) {
             const SiteCorner& corner = models.site.corners[k];
             if (std::abs(corner.wall_angle - seen.wall_angle) > same_wall_angle) continue;
-            const auto l = linearise_corner(belief, seen, corner, static_cast<int>(k), source);
-            const double far = l ? l->residual.dot(l->noise.ldlt().solve(l->residual)) : std::numeric_limits<double>::infinity();
-            if (far >= least) continue;
-            least = far;
-            best = SeenCorner{seen, static_cast<int>(k)};
+            const double distance = corner.position.z() - source.camera.robot_from_camera.pose.translation().z();
+            if (!(distance > corner.moulding)) continue;
+            for (const CornerReading& reading : readings_of(seen, corner.moulding, distance)) {
+                const auto l = linearise_corner(belief, reading.seen, corner, static_cast<int>(k), source);
+                const double far = l ? l->residual.dot(l->noise.ldlt().solve(l->residual)) : std::numeric_limits<double>::infinity();
+                if (far >= least) continue;
+                least = far;
+                best = SeenCorner{reading.seen, static_cast<int>(k)};
+            }
         }
     }
     if (best) measured.push_back({event.time, event.source, *best});

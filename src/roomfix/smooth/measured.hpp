@@ -15,8 +15,8 @@ struct SeenLandmark {
 };
 
 struct SeenCorner {
-    CornerObservation seen;
-    int corner = 0;  // index in the site
+    CornerObservation seen;  // as a picture of the site's corner
+    int corner = 0;          // index in the site
 };
 
 struct SeenMark {
