@@ -25,6 +25,16 @@ LumaImage turned_picture(const TagPicture& tag, int scale, int quarters) {
     return image;
 }
 
+/// ArUco's original dictionary has tags that look the same upside down.
+bool same_upside_down(const LumaImage& bits) {
+    for (int y = 0; y < bits.height(); ++y) {
+        for (int x = 0; x < bits.width(); ++x) {
+            if (bits.row(y)[x] != bits.row(bits.height() - 1 - y)[bits.width() - 1 - x]) return false;
+        }
+    }
+    return true;
+}
+
 TEST(TagDetector, ReadsEveryFamilyFromAllSides) {
     constexpr int scale = 12;
     int read = 0;
@@ -43,6 +53,7 @@ TEST(TagDetector, ReadsEveryFamilyFromAllSides) {
                 ASSERT_EQ(seen.size(), 1U) << name << " " << number << " turned by " << quarters;
                 EXPECT_EQ(seen[0].family, family);
                 EXPECT_EQ(seen[0].number, number) << name << " turned by " << quarters;
+                if (same_upside_down(tag.bits)) continue;
                 // Bottom left of the tag as it is read; turned clockwise it goes to the top left, ...
                 Eigen::Vector2d corner(-half, half);
                 for (int i = 0; i < quarters; ++i) corner = Eigen::Vector2d(-corner.y(), corner.x());

@@ -17,7 +17,7 @@ constexpr std::array<Described, 26> described = {{
     {"tag25h9", 35},
     {"tag16h5", 30},
     {"tagCircle21h7", 38},
-    {"tagCircle49h12", 65698},
+    {"tagCircle49h12", 65535},
     {"tagCustom48h12", 42211},
     {"tagStandard41h12", 2115},
     {"tagStandard52h13", 48714},

@@ -9,7 +9,7 @@
 namespace roomfix {
 namespace {
 
-constexpr int samples = 6;      // per pixel and direction
+constexpr int samples = 64;     // per pixel: a low-discrepancy sequence, so that edges along the rows are as smooth as others
 constexpr double spread = 2.2;  // px: a pixel's light comes from a square of this size
 constexpr double black = 25;    // grey levels
 constexpr double white = 200;
@@ -34,9 +34,10 @@ void paint_tag(const View& view, const Eigen::Isometry3d& map_from_tag, const Ta
     for (int v = std::max(static_cast<int>(box.min().y()) - 2, 0); v <= std::min(static_cast<int>(box.max().y()) + 2, frame.height() - 1); ++v) {
         for (int u = std::max(static_cast<int>(box.min().x()) - 2, 0); u <= std::min(static_cast<int>(box.max().x()) + 2, frame.width() - 1); ++u) {
             double sum = 0;
-            for (int i = 0; i < samples * samples; ++i) {
-                const double x = u + spread * ((i % samples + 0.5) / samples - 0.5);
-                const double y = v + spread * ((i / samples + 0.5) / samples - 0.5);
+            for (int i = 0; i < samples; ++i) {
+                constexpr double step_x = 0.7548776662466927, step_y = 0.5698402909980532;  // powers of the plastic number's inverse
+                const double x = u + spread * (std::fmod(0.5 + i * step_x, 1) - 0.5);
+                const double y = v + spread * (std::fmod(0.5 + i * step_y, 1) - 0.5);
                 const auto ray = unproject(view.model, {x, y});
                 if (!ray) continue;
                 const Eigen::Vector3d direction = tag_from_camera * ray->homogeneous();
@@ -47,7 +48,7 @@ void paint_tag(const View& view, const Eigen::Isometry3d& map_from_tag, const Ta
                 const bool on_paper = ahead && column >= 0 && row >= 0 && column < bits.width() && row < bits.height();
                 sum += on_paper ? (bits.row(row)[column] > 127 ? white : black) : frame.row(v)[u];
             }
-            const double grey = sum / (samples * samples);
+            const double grey = sum / samples;
             frame.row(v)[u] = static_cast<std::uint8_t>(std::clamp(std::lround(grey + random.normal(noise)), 0L, 255L));
         }
     }
