@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double duration = 100;  // s
+constexpr double duration = 45;  // s
 
 /// What is done to a good recording before it is written.
 struct Mistake {

@@ -17,7 +17,7 @@ namespace {
 constexpr double examined = 60;       // s of a recording that are examined at a time
 constexpr double clearly = 20;         // nats: a mistake is told if the senses are that much likelier without it ...
 constexpr double clearly_each = 0.05;  // ... and so much for each observation
-constexpr double enough = 600;        // readings of a stretch that are examined
+constexpr double enough = 250;        // readings of a stretch that are examined
 constexpr std::size_t most_pairs = 28;
 constexpr double foot = 0.3048;  // m
 constexpr double farthest = 20;  // m, that a range may be if nothing is known
@@ -301,6 +301,9 @@ std::optional<Verdict> verdict_on(const Site& site, int robot, const Senses& sen
         best = {gain, remedy.told};
     };
     for (const Remedy& remedy : remedies_of_units(senses, own.id)) attempt(remedy);
+    // What explains everything needs no rival.
+    constexpr double all_of_it = 0.5;  // nats for each observation
+    if (!best.told.empty() && best.gain > all_of_it * readings) return best;
     const std::vector<int> beacons = beacons_heard(senses, site);
     for (const auto& [a, b] : pairs_of(beacons, site, own, as_it_is.way)) {
         const std::string& first = site.beacons[static_cast<std::size_t>(a)].id;
