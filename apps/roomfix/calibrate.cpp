@@ -17,6 +17,8 @@ namespace {
 
 constexpr double clearly_worse = 1.05;  // times
 
+std::string what_is(const SiteEdit& edit) { return (edit.section == "robots" ? "robot " : "camera ") + edit.id; }
+
 /// As lines of a site file.
 void show(const std::vector<SiteResult>& results) {
     for (const SiteResult& result : results) {
@@ -88,7 +90,7 @@ int write_or_show(const std::string& site_file, const std::vector<SiteResult>& r
             return failed;
         }
         edits.push_back(edit);
-        written.push_back(edit.id);
+        written.push_back(what_is(edit));
     }
     const auto copy = write_site_values(site_file, edits);
     if (!copy) {
