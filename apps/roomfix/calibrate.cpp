@@ -85,7 +85,7 @@ int write_or_show(const std::string& site_file, const std::vector<SiteResult>& r
     std::vector<std::string> written;
     for (const auto& [edit, quality] : results) {
         if (quality.before > 0 && quality.now > clearly_worse * quality.before && !options.force) {
-            complain(fmt::format("not written: the site file has a better calibration of {} ({:.3g} against {:.3g} {}); --force replaces it", edit.id,
+            complain(fmt::format("not written: the site file has a better calibration of {} ({:.3g} against {:.3g} {}); --force replaces it", what_is(edit),
                                  quality.before, quality.now, quality.what));
             return failed;
         }

@@ -418,7 +418,8 @@ Track started_elsewhere(const Track& track, const PlaceProposal& place, bool dep
 
 /// Its senses contradict where it should be: perhaps they put it elsewhere.
 void find_again(Track& track, const TrackingModels& models) {
-    if (!models.settings.learns || !found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard) return;
+    if (!models.settings.learns || !found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard)
+        return;
     track.searched = track.time;
     track.agreement = 1;
     StartCloud cloud(wheels_of(track), sees_depths(track));

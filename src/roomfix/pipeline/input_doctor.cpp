@@ -14,10 +14,10 @@
 namespace roomfix {
 namespace {
 
-constexpr double examined = 60;       // s of a recording that are examined at a time
+constexpr double examined = 60;        // s of a recording that are examined at a time
 constexpr double clearly = 20;         // nats: a mistake is told if the senses are that much likelier without it ...
 constexpr double clearly_each = 0.05;  // ... and so much for each observation
-constexpr double enough = 250;        // readings of a stretch that are examined
+constexpr double enough = 250;         // readings of a stretch that are examined
 constexpr std::size_t most_pairs = 28;
 constexpr double foot = 0.3048;  // m
 constexpr double farthest = 20;  // m, that a range may be if nothing is known
@@ -326,7 +326,7 @@ std::optional<Verdict> verdict_on(const Site& site, int robot, const Senses& sen
 
 /// Is what was learned of the robot's senses what senses are like?
 bool unusual(const Track& track, const TrackingModels& models) {
-    constexpr double wheels = 6;         // times good wheels' noise
+    constexpr double wheels = 6;          // times good wheels' noise
     constexpr double range_error = 0.15;  // m
     constexpr double factor = 8;
     const auto strange = [&](const RangeErrors& e, double sigma) {
