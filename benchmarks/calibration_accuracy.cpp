@@ -1,8 +1,6 @@
 // Calibrations at full length: are their covariances true, and how good is a floor from one tile?
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/calibrate/plumb_line.hpp"

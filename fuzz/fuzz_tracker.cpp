@@ -1,10 +1,10 @@
 // Any observations at any times: whatever the tracker and the smoother give out is finite and has a positive definite covariance.
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
 namespace {

@@ -1,7 +1,6 @@
 // Real pictures of a chessboard (OpenCV's samples).
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "data_folder.hpp"
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/calibrate/lens.hpp"
 #include "roomfix/calibrate/plumb_line.hpp"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <optional>
 #include <set>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/calibrate/lens_report.hpp"
 #include "roomfix/evaluate/simulated_boards.hpp"
 #include "roomfix/simulate/plane_picture.hpp"

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <numbers>
 
 #include "count_allocations.hpp"
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/kim2011.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 
 namespace roomfix {

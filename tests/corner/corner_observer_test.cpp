@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include "count_allocations.hpp"
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/corner/chou1986.hpp"
 #include "roomfix/geometry/pose.hpp"

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/corner/corner_locator.hpp"
 #include "roomfix/simulate/room_shots.hpp"

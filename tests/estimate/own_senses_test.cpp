@@ -1,12 +1,11 @@
 // Robots that only have their own senses: wheels that err, ranges and bearings that err, and nobody who says by how much.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/estimate/noise_search.hpp"
 #include "roomfix/estimate/range_stretch.hpp"

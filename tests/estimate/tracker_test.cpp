@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <functional>
 #include <limits>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 
 namespace roomfix {

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 
 namespace roomfix {

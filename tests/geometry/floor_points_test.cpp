@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/geometry/view.hpp"
 

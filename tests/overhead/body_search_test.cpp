@@ -1,10 +1,10 @@
-#include "roomfix/overhead/body_observer.hpp"
-
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "roomfix/base/decompositions.hpp"
+#include "roomfix/overhead/body_observer.hpp"
 
 namespace roomfix {
 namespace {

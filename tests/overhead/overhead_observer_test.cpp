@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <numbers>
 
 #include "count_allocations.hpp"
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/simulate/scenario.hpp"
 
 namespace roomfix {

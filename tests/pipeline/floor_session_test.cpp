@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
-
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/simulate/room_shots.hpp"
 #include "roomfix/simulate/tag_scene.hpp"
 

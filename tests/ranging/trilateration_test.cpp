@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 
 namespace roomfix {

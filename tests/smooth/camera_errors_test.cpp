@@ -2,10 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/evaluate/hall.hpp"
 

@@ -1,8 +1,9 @@
 #include "roomfix/calibrate/board_turns.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <utility>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

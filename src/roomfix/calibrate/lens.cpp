@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/calibrate/board_turns.hpp"
 #include "roomfix/calibrate/lens_fit.hpp"
 #include "roomfix/calibrate/lens_start.hpp"

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/calibrate/straightness.hpp"
 
 namespace roomfix {

@@ -1,8 +1,10 @@
 #include "roomfix/calibrate/saddle.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -1,9 +1,9 @@
 #include "roomfix/calibrate/straightness.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cstddef>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

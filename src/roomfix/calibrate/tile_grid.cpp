@@ -1,10 +1,11 @@
 #include "roomfix/calibrate/tile_grid.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -1,12 +1,12 @@
 #include "roomfix/ceiling/floor_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -1,8 +1,9 @@
 #include "roomfix/ceiling/robot_locator.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 

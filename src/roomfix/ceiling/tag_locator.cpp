@@ -1,9 +1,9 @@
 #include "roomfix/ceiling/tag_locator.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/floor_points.hpp"
 #include "roomfix/geometry/view.hpp"
 

@@ -1,12 +1,12 @@
 // Section 3 of Chou and Tsai 1986: finding corner lines by image analysis techniques.
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/corner/chou1986.hpp"
 
 namespace roomfix {

@@ -1,12 +1,12 @@
 // A corner's three edges fitted to the picture: all five unknowns at once, straight through the lens model.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <vector>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/corner/corner_geometry.hpp"
 #include "roomfix/corner/edge_contrast.hpp"
 #include "roomfix/corner/edge_step.hpp"

@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/seen_from_above.hpp"
 #include "roomfix/geometry/view.hpp"
 

@@ -1,10 +1,10 @@
 #include "roomfix/corner/corner_search.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/pose.hpp"
 
 namespace roomfix {

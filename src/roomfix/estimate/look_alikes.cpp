@@ -1,12 +1,12 @@
 #include "roomfix/estimate/look_alikes.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "roomfix/base/assignment.hpp"
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

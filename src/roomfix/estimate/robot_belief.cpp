@@ -1,8 +1,8 @@
 #include "roomfix/estimate/robot_belief.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

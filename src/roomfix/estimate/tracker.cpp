@@ -1,8 +1,9 @@
 #include "roomfix/estimate/tracker.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

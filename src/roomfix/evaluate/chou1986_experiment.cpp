@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/corner/chou1986.hpp"
 #include "roomfix/corner/corner_observer.hpp"
 #include "roomfix/evaluate/consistency.hpp"

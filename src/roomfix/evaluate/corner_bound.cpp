@@ -1,10 +1,10 @@
 #include "roomfix/evaluate/corner_bound.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/corner/corner_fit.hpp"
 
 namespace roomfix {

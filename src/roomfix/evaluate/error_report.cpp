@@ -1,12 +1,12 @@
 #include "roomfix/evaluate/error_report.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/evaluate/robot_point.hpp"
 
 namespace roomfix {

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/calibrate/mount.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/kim2011.hpp"

@@ -1,9 +1,10 @@
 #include "roomfix/evaluate/landmark_bound.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

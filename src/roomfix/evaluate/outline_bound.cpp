@@ -1,8 +1,9 @@
 #include "roomfix/evaluate/outline_bound.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 

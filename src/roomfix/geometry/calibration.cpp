@@ -1,8 +1,6 @@
 #include "roomfix/geometry/calibration.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -1,8 +1,8 @@
 #include "roomfix/geometry/camera_model.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/lens_grid.hpp"
 
 namespace roomfix {

@@ -1,10 +1,9 @@
 #include "roomfix/geometry/floor_lens.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/view.hpp"
 
 namespace roomfix {

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <optional>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/view.hpp"
 
 namespace roomfix {

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

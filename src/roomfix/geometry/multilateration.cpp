@@ -1,7 +1,8 @@
 #include "roomfix/geometry/multilateration.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -1,6 +1,6 @@
 #include "roomfix/geometry/view.hpp"
 
-#include <Eigen/LU>
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

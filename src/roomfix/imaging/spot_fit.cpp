@@ -1,10 +1,10 @@
 #include "roomfix/imaging/spot_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/imaging/spot_sums.hpp"
 
 namespace roomfix {

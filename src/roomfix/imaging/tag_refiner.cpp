@@ -1,13 +1,13 @@
 #include "roomfix/imaging/tag_refiner.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

@@ -1,12 +1,12 @@
 #include "roomfix/overhead/body_observer.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "roomfix/base/assignment.hpp"
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/overhead/keep_apart.hpp"
 
 namespace roomfix {

@@ -1,11 +1,10 @@
 #include "roomfix/overhead/body_search.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/overhead/keep_apart.hpp"
 
 namespace roomfix {

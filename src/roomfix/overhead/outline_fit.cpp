@@ -1,12 +1,11 @@
 #include "roomfix/overhead/outline_fit.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "roomfix/base/beta_distribution.hpp"
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/overhead/edge_profile.hpp"
 
 namespace roomfix {

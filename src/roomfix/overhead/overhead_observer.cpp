@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

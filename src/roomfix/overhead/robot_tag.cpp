@@ -1,8 +1,9 @@
 #include "roomfix/overhead/robot_tag.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
+
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

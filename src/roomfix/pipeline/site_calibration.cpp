@@ -1,9 +1,9 @@
 #include "roomfix/pipeline/site_calibration.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/calibrate/floor.hpp"
 #include "roomfix/calibrate/mount.hpp"
 

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/geometry/multilateration.hpp"
 
 namespace roomfix {

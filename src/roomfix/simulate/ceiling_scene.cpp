@@ -1,11 +1,11 @@
 #include "roomfix/simulate/ceiling_scene.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 
 namespace roomfix {

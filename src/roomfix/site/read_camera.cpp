@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/site/lens_grid_file.hpp"
 
 namespace roomfix {

@@ -1,12 +1,11 @@
 #include "roomfix/smooth/camera_errors.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <map>
 #include <tuple>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/smooth/slow_values.hpp"
 #include "roomfix/smooth/stretch.hpp"
 

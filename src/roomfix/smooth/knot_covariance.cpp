@@ -1,6 +1,6 @@
 #include "roomfix/smooth/knot_covariance.hpp"
 
-#include <Eigen/Cholesky>
+#include "roomfix/base/decompositions.hpp"
 
 namespace roomfix {
 namespace {

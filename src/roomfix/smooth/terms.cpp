@@ -2,10 +2,10 @@
 
 #include <ceres/autodiff_cost_function.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <functional>
 
+#include "roomfix/base/decompositions.hpp"
 #include "roomfix/estimate/landmark_model.hpp"
 #include "roomfix/observation/range_noise.hpp"
 

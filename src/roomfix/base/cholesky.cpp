@@ -1,0 +1,3 @@
+#include "roomfix/base/decompositions.hpp"
+
+ROOMFIX_CHOLESKYS(template)
