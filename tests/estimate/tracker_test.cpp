@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -367,6 +368,38 @@ TEST(Tracker, TellsTwoLookAlikesByTheirWheels) {
     for (const Fix& fix : fixes) {
         EXPECT_NEAR(fix.pose.y, fix.robot == "r1" ? 4 : 1, 0.05);
         EXPECT_GT(fix.identity, 0.95);
+    }
+}
+
+/// Five that look alike, all in view from the start: there are 120 ways to name them.
+TEST(Tracker, TellsFiveLookAlikesByTheirWheels) {
+    std::vector<SiteRobot> robots;
+    for (const char* id : {"r1", "r2", "r3", "r4", "r5"}) robots.push_back(robot_of(id, Box{0.6, 0.4, 0.4}));
+    Tracker tracker(site_of(robots));
+    Random random(5);
+    const std::array<double, 5> speed = {0.1, 0.35, 0.2, 0.45, 0};
+    const std::array<int, 5> lane = {3, 1, 4, 0, 2};  // in which each drives: the camera lists them by their lanes
+    for (int i = 0; i < 40; ++i) {
+        const double t = 0.1 * i;
+        std::vector<PoseObservation> frame(5);
+        for (std::size_t r = 0; r < 5; ++r) {
+            tracker.drive({from_seconds(t), static_cast<int>(r), {speed[r] * t, 0, 0}});
+            frame[static_cast<std::size_t>(lane[r])] = seen(1 + speed[r] * t + random.normal(0.02), 1 + 1.5 * lane[r], 0, 0.02, 2, 0);
+        }
+        for (std::size_t place = 0; place < 5; ++place) frame[place].robot = static_cast<int>(place);
+        tracker.see(from_seconds(t), "hall", frame);
+        for (const Fix& fix : tracker.fixes(from_seconds(t))) {
+            if (fix.status == FixStatus::none) continue;
+            const auto r = static_cast<std::size_t>(fix.robot[1] - '1');
+            if (fix.identity > 0.95) EXPECT_NEAR(fix.pose.y, 1 + 1.5 * lane[r], 0.2) << fix.robot << " at " << t;
+        }
+    }
+    const auto fixes = tracker.fixes(from_seconds(3.9));
+    ASSERT_EQ(fixes.size(), 5U);
+    for (const Fix& fix : fixes) {
+        EXPECT_EQ(fix.status, FixStatus::ok) << fix.robot;
+        EXPECT_NEAR(fix.pose.y, 1 + 1.5 * lane[static_cast<std::size_t>(fix.robot[1] - '1')], 0.1) << fix.robot;
+        EXPECT_GT(fix.identity, 0.9) << fix.robot;
     }
 }
 

@@ -157,22 +157,10 @@ std::size_t Group::kind_of(int robot) const {
 }
 
 void temper(GroupState& state, const std::vector<double>& before, Nanoseconds time, const TrackerSettings& settings) {
-    constexpr double stock = 1;  // s worth of it that nothing has used
-    const double passed = std::max(to_seconds(time - state.told), 0.0);
-    state.conviction = std::min(state.conviction + settings.conviction * std::min(passed, stock), settings.conviction * stock);
-    state.told = std::max(state.told, time);
-    double least = 1e300, most = -1e300;
-    for (std::size_t s = 0; s < before.size(); ++s) {
-        const double more = state.accounts[s].log_weight - before[s];
-        least = std::min(least, more);
-        most = std::max(most, more);
-    }
-    if (!(most > least)) return;
-    const double part = std::min(1.0, state.conviction / (most - least));
-    for (std::size_t s = 0; s < before.size(); ++s) {
-        state.accounts[s].log_weight = before[s] + most + part * (state.accounts[s].log_weight - before[s] - most);
-    }
-    state.conviction -= part * (most - least);
+    std::vector<double> after;
+    for (const Account& account : state.accounts) after.push_back(account.log_weight);
+    state.conviction.temper(before, after, time, settings.conviction);
+    for (std::size_t s = 0; s < after.size(); ++s) state.accounts[s].log_weight = after[s];
 }
 
 GroupState start_state(const Group& group) {
@@ -200,6 +188,7 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
     for (Account& account : state.accounts) {
         for (Track& track : account.tracks) {
             if (track.alive()) predict(track, event.time, models);
+            for (PossibleName& name : track.names) predict(name.track, event.time, models);
         }
     }
     if (std::holds_alternative<TimePassed>(event.what)) return;
@@ -225,8 +214,31 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
     put_in_order(state);
 }
 
-std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
+namespace {
+
+constexpr const char* name_to_come = "it is in sight, but so are others that look the same: which of them it is shows as soon as it moves";
+
+/// Robots that are in sight, but of which nobody knows yet which they are.
+std::vector<Fix> without_names(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<Fix> fixes;
+    for (const int robot : group.robots) {
+        const auto may_be = [&](const Track& track) {
+            return std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& name) { return name.track.robot == robot; });
+        };
+        const bool named = std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
+        if (named || std::none_of(account.tracks.begin(), account.tracks.end(), may_be)) continue;
+        Fix& fix = fixes.emplace_back();
+        fix.time = time;
+        fix.robot = models.site.robots[static_cast<std::size_t>(robot)].id;
+        fix.reason = name_to_come;
+    }
+    return fixes;
+}
+
+}  // namespace
+
+std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    std::vector<Fix> fixes = without_names(state.accounts.front(), time, group, models);
     for (const Track& track : state.accounts.front().tracks) {
         if (!track.alive() || (!track.named && track.number == 0)) continue;
         Fix fix = fix_of(track, time, models);
@@ -234,7 +246,7 @@ std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group
         const bool will_be_told = fix.identity < models.settings.sure_of_name && models.has_mark(track.robot);
         if (will_be_told && fix.status != FixStatus::none && to_seconds(time - track.born) < models.settings.naming) {
             fix.status = FixStatus::none;
-            fix.reason = "it is in sight, but so are others that look the same: which of them it is shows as soon as it moves";
+            fix.reason = name_to_come;
         }
         fixes.push_back(fix);
     }

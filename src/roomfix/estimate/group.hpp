@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "roomfix/estimate/conviction.hpp"
 #include "roomfix/estimate/track.hpp"
 #include "roomfix/observation/fix.hpp"
 
@@ -36,11 +37,10 @@ struct GroupState {
     std::vector<Account> accounts = {Account{}};
     std::vector<Track> sought;  // robots that are heard or detect something, but have not been found
     int numbers_given = 0;
-    double conviction = 0;  // nats that evidence may still turn the balance between accounts ...
-    Nanoseconds told = 0;   // ... at this time
+    Conviction conviction;  // in who is who
 };
 
-/// Evidence since the accounts had these weights turns their balance only so far: what is wrong in one frame is so in the next, too.
+/// Evidence since the accounts had these weights counts as far as it may turn their balance.
 void temper(GroupState& state, const std::vector<double>& before, Nanoseconds time, const TrackerSettings& settings);
 
 GroupState start_state(const Group& group);

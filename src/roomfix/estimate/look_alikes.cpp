@@ -12,10 +12,11 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t most_accounts = 32;
-constexpr double no_robot = 0.1;  // share of new tracks that are none of the group
-constexpr double ask_again = 1;   // s until a track that got no name may get one
-constexpr double same = 0.5;      // squared distance of poses below which two accounts of a robot are one
-constexpr double close_call = 6;  // difference of cost (twice the nats) up to which two robots may have been mixed up
+constexpr double no_robot = 0.1;           // share of new tracks that are none of the group
+constexpr std::size_t most_namings = 128;  // ways to give all names at once that are compared
+constexpr double ask_again = 1;            // s until a track that got no name may get one
+constexpr double same = 0.5;               // squared distance of poses below which two accounts of a robot are one
+constexpr double close_call = 6;           // difference of cost (twice the nats) up to which two robots may have been mixed up
 
 const Shape& shape_of(const Track& track, const TrackingModels& models) { return models.site.robots[static_cast<std::size_t>(track.robot)].shape; }
 
@@ -95,12 +96,46 @@ double cost_of(const std::vector<PossiblePair>& pairs, int row, int column, doub
     return otherwise;
 }
 
+/// What was seen, for a robot that it may be: the direction of one kind says nothing about another.
+PoseObservation seen_as(int robot, PoseObservation observation, const Group& group) {
+    observation.yaw_known &= group.kind_of(robot) == group.kind_of(observation.robot);
+    return observation;
+}
+
+/// A track without a name is followed as each of the robots, too, whose wheels will tell.
+void propose_name(Track& track, int robot, const TrackingModels& models) {
+    const bool known = std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& n) { return n.track.robot == robot; });
+    if (known || !models.has_mark(robot)) return;
+    PossibleName name{track, 0, track.time};
+    name.track.names.clear();
+    name.track.robot = robot;
+    name.track.named = true;
+    track.names.push_back(std::move(name));
+}
+
+/// Takes a sighting of a track without a name as one of each robot that it may be. `plain`: its log evidence without a name.
+void weigh_names(Track& track, const PoseObservation& seen, const Event& event, double plain, const Group& group, const TrackingModels& models) {
+    if (track.names.empty()) return;
+    std::vector<double> before = {0}, after = {0};  // first that it is none of them
+    for (PossibleName& name : track.names) {
+        before.push_back(name.evidence);
+        after.push_back(name.evidence + take_pose(name.track, seen_as(name.track.robot, seen, group), event.source, models) - plain);
+    }
+    track.conviction.temper(before, after, event.time, models.settings.conviction);
+    for (std::size_t n = 0; n < track.names.size(); ++n) track.names[n].evidence = after[n + 1] - after[0];
+}
+
 void start_track(Account& account, const PoseObservation& observation, const Event& event, const Group& group, const TrackingModels& models) {
     Track track;
     track.robot = group.many ? group.robots.front() : observation.robot;
     note_kind(track, observation, group);
     start(track, places_of(observation), event.time, models);
     health_of(track, event.source).seen = event.time;
+    for (std::size_t r = 0; r < group.robots.size() && !group.many; ++r) propose_name(track, group.robots[r], models);
+    for (PossibleName& name : track.names) {
+        if (group.kind_of(name.track.robot) == group.kind_of(observation.robot)) continue;
+        start(name.track, places_of(seen_as(name.track.robot, observation, group)), event.time, models);
+    }
     account.tracks.push_back(track);
 }
 
@@ -117,7 +152,9 @@ double take_assigned(Account& account, const std::vector<int>& column_of, const 
         if (column_of[t] < 0) continue;
         used[static_cast<std::size_t>(column_of[t])] = 1;
         const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
-        evidence += take_pose(track, seen, event.source, models, group.many);
+        const double plain = take_pose(track, track.named ? seen_as(track.robot, seen, group) : seen, event.source, models, group.many);
+        evidence += plain;
+        weigh_names(track, seen, event, plain, group, models);
         if (!group.many) evidence += note_kind(track, seen, group);
     }
     // What belongs to no track may be anything anywhere.
@@ -187,43 +224,142 @@ std::vector<FreeName> free_names(const std::vector<int>& free, const Group& grou
     return names;
 }
 
-/// The account with a name given to one of its tracks; a lost track of that name ends.
-Account with_name(Account account, std::size_t index, const FreeName& name, std::size_t free, const Group& group) {
-    account.tracks[index].named = true;
-    account.tracks[index].robot = name.robot;
-    account.tracks[index].named_by_chance = 1.0 / name.alike;
-    account.log_weight += std::log((1 - no_robot) * name.alike / static_cast<double>(free)) + account.tracks[index].as_kind[group.kind_of(name.robot)];
+/// One way to give names to tracks: to each the robot that it is, or none.
+struct Naming {
+    std::vector<int> robots;        // of each of the tracks; -1: it is none of the group
+    std::vector<double> by_chance;  // probability of each name where nothing will ever tell
+    std::vector<int> free;          // robots that are left
+    double log_weight = 0;
+};
+
+/// The likeliest ways to name tracks, weights with sum 1.
+std::vector<Naming> likely_namings(const Account& account, const std::vector<std::size_t>& tracks, const std::vector<int>& free, const Group& group,
+                                   const TrackingModels& models) {
+    std::vector<Naming> namings = {{{}, {}, free, 0}};
+    for (const std::size_t t : tracks) {
+        const Track& track = account.tracks[t];
+        std::vector<Naming> longer;
+        for (const Naming& naming : namings) {
+            longer.push_back(naming);
+            longer.back().robots.push_back(-1);
+            longer.back().by_chance.push_back(1);
+            longer.back().log_weight += std::log(no_robot);
+            for (const FreeName& name : free_names(naming.free, group, models)) {
+                const auto own = std::find_if(track.names.begin(), track.names.end(), [&](const PossibleName& n) { return n.track.robot == name.robot; });
+                Naming& next = longer.emplace_back(naming);
+                next.robots.push_back(name.robot);
+                next.by_chance.push_back(1.0 / name.alike);
+                next.log_weight += std::log((1 - no_robot) * name.alike / static_cast<double>(naming.free.size())) + track.as_kind[group.kind_of(name.robot)] +
+                                   (own == track.names.end() ? 0 : own->evidence);
+                std::erase(next.free, name.robot);
+            }
+        }
+        std::stable_sort(longer.begin(), longer.end(), [](const Naming& a, const Naming& b) { return a.log_weight > b.log_weight; });
+        if (longer.size() > most_namings) longer.resize(most_namings);
+        namings = std::move(longer);
+    }
+    double sum = 0;
+    for (const Naming& naming : namings) sum += std::exp(naming.log_weight - namings[0].log_weight);
+    const double norm = namings[0].log_weight + std::log(sum);
+    for (Naming& naming : namings) naming.log_weight -= norm;
+    return namings;
+}
+
+/// Which of the tracks get their names now: those whose name is sure, and those that wheels have had their time to tell.
+std::vector<char> ripe_tracks(const Account& account, const std::vector<std::size_t>& tracks, const std::vector<Naming>& namings, const std::vector<int>& free,
+                              Nanoseconds time, const TrackingModels& models) {
+    std::vector<char> ripe;
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        double agreeing = 0;
+        for (const Naming& naming : namings) agreeing += naming.robots[i] == namings[0].robots[i] ? std::exp(naming.log_weight) : 0;
+        Nanoseconds since = never;
+        for (const PossibleName& name : account.tracks[tracks[i]].names) {
+            if (std::find(free.begin(), free.end(), name.track.robot) != free.end()) since = std::max(since, name.since);
+        }
+        ripe.push_back(agreeing > models.settings.sure_of_name || since == never || to_seconds(time - since) >= models.settings.naming);
+    }
+    return ripe;
+}
+
+/// A name given to one of an account's tracks.
+void give_name(Account& account, std::size_t index, int robot, double by_chance, const Group& group) {
+    Track& track = account.tracks[index];
+    const auto own = std::find_if(track.names.begin(), track.names.end(), [&](const PossibleName& n) { return n.track.robot == robot; });
+    account.log_weight += track.as_kind[group.kind_of(robot)];
+    if (own != track.names.end()) {
+        Track named = std::move(own->track);
+        account.log_weight += own->evidence;
+        named.as_kind = track.as_kind;
+        named.presence = track.presence;
+        track = std::move(named);
+    }
+    track.names.clear();
+    track.named = true;
+    track.robot = robot;
+    track.named_by_chance = by_chance;
+}
+
+/// The account with the names of the tracks that are ripe; lost tracks of these names end.
+Account with_names(Account account, const std::vector<std::size_t>& tracks, const std::vector<char>& ripe, const Naming& naming, std::size_t free,
+                   Nanoseconds time, const Group& group) {
+    std::vector<char> ends(account.tracks.size(), 0);
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        if (!ripe[i]) continue;
+        if (naming.robots[i] < 0) {
+            account.tracks[tracks[i]].declined = time;
+            account.log_weight += std::log(no_robot);
+            continue;
+        }
+        for (std::size_t t = 0; t < account.tracks.size(); ++t) ends[t] |= account.tracks[t].named && account.tracks[t].robot == naming.robots[i];
+        account.log_weight += std::log((1 - no_robot) / (naming.by_chance[i] * static_cast<double>(free--)));
+    }
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+        if (ripe[i] && naming.robots[i] >= 0) give_name(account, tracks[i], naming.robots[i], naming.by_chance[i], group);
+    }
+    for (Track& track : account.tracks) {
+        std::erase_if(track.names, [&](const PossibleName& name) {
+            return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == name.track.robot; });
+        });
+    }
     std::size_t i = 0;
-    std::erase_if(account.tracks, [&](const Track& t) { return i++ != index && t.named && t.robot == name.robot; });
+    std::erase_if(account.tracks, [&](const Track&) { return ends[i++] != 0; });
     return account;
 }
 
-/// A new track of an account that was seen often enough gets the name of a robot that is not followed: one account for each way to do it, and one in
-/// which the track is no robot of the group at all. False: there is none.
-bool give_name(GroupState& state, std::size_t s, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    for (std::size_t t = 0; t < state.accounts[s].tracks.size(); ++t) {
-        const Track& track = state.accounts[s].tracks[t];
-        if (track.named || track.sightings < models.settings.confirmations || to_seconds(time - track.declined) < ask_again) continue;
+/// Tracks of an account that were seen often enough get the names of robots that are not followed: one account for each likely way to do it, among them
+/// that a track is no robot of the group at all. All that can be named at once are: names exclude each other.
+void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    const std::size_t accounts = state.accounts.size();
+    for (std::size_t s = 0; s < accounts; ++s) {
+        std::vector<std::size_t> tracks;
+        for (std::size_t t = 0; t < state.accounts[s].tracks.size(); ++t) {
+            const Track& track = state.accounts[s].tracks[t];
+            const bool asks = !track.named && track.sightings >= models.settings.confirmations && to_seconds(time - track.declined) >= ask_again;
+            if (asks) tracks.push_back(t);
+        }
+        if (tracks.empty()) continue;
         const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
         if (free.empty()) continue;
-        const std::vector<FreeName> names = free_names(free, group, models);
-        Account unnamed = state.accounts[s];
-        unnamed.tracks[t].declined = time;
-        unnamed.log_weight += std::log(no_robot);
-        for (std::size_t f = 1; f < names.size() && state.accounts.size() < most_accounts; ++f) {
-            state.accounts.push_back(with_name(state.accounts[s], t, names[f], free.size(), group));
+        for (const std::size_t t : tracks) {
+            for (const int robot : free) propose_name(state.accounts[s].tracks[t], robot, models);
         }
-        if (state.accounts.size() < most_accounts) state.accounts.push_back(unnamed);
-        state.accounts[s] = with_name(state.accounts[s], t, names[0], free.size(), group);
-        return true;
-    }
-    return false;
-}
-
-/// All accounts name all that they can at once: what is named later would not have been moved by its wheels until then, and look less likely.
-void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    for (std::size_t s = 0; s < state.accounts.size(); ++s) {
-        while (give_name(state, s, time, group, models)) {
+        const std::vector<Naming> namings = likely_namings(state.accounts[s], tracks, free, group, models);
+        const std::vector<char> ripe = ripe_tracks(state.accounts[s], tracks, namings, free, time, models);
+        if (std::find(ripe.begin(), ripe.end(), 1) == ripe.end()) continue;
+        const Account before = state.accounts[s];
+        std::vector<std::vector<int>> given;
+        for (const Naming& naming : namings) {
+            std::vector<int> names;
+            for (std::size_t i = 0; i < tracks.size(); ++i) names.push_back(ripe[i] ? naming.robots[i] : -2);
+            if (naming.log_weight < least_log_weight || std::find(given.begin(), given.end(), names) != given.end()) continue;
+            if (!given.empty() && state.accounts.size() >= most_accounts) break;
+            Account named = with_names(before, tracks, ripe, naming, free.size(), time, group);
+            if (given.empty()) {
+                state.accounts[s] = std::move(named);
+            } else {
+                state.accounts.push_back(std::move(named));
+            }
+            given.push_back(std::move(names));
         }
     }
 }

@@ -16,6 +16,7 @@ constexpr double longest_judged = 1;      // s that one observation speaks for, 
 constexpr double confirmed_within = 2.0;  // s: so old may another source's word be to judge by
 constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
 constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
+constexpr double vague_yaw = 0.5;         // rad, 1 sigma: a direction seen no better is as good as none to start from
 constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
 
 constexpr double unknown_scale = 0.1;       // of wheels of which nobody knows how they err: standard deviation of both scales
@@ -328,10 +329,11 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
 
 void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places) {
     places.clear();
-    const int turns = observation.yaw_known ? std::max(observation.like_turns, 1) : 1;
+    const bool yaw_known = observation.yaw_known && observation.covariance(2, 2) < vague_yaw * vague_yaw;
+    const int turns = yaw_known ? std::max(observation.like_turns, 1) : 1;
     for (int i = 0; i < turns; ++i) {
         const double yaw = wrap_angle(observation.pose.yaw + 2 * std::numbers::pi * i / turns);
-        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, observation.yaw_known, 1});
+        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, yaw_known, 1});
     }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "roomfix/estimate/conviction.hpp"
 #include "roomfix/estimate/event.hpp"
 #include "roomfix/estimate/robot_belief.hpp"
 #include "roomfix/estimate/start_cloud.hpp"
@@ -32,6 +33,8 @@ struct SourceHealth {
 /// Nats that one event may turn the balance between hypotheses by at most.
 constexpr double most_budget = 5;
 
+struct PossibleName;
+
 struct Track {
     int robot = -1;  // index in the site's robots: itself, or the first of its look-alikes while nobody knows which one
     int number = 0;  // of a robot of which there are many; 0: not reported yet
@@ -42,6 +45,8 @@ struct Track {
     Nanoseconds seen = 0;  // last observation that was believed
     int sightings = 0;
     Nanoseconds declined = never;     // when it last got no name
+    std::vector<PossibleName> names;  // of a track without one: the robots that it may be and whose wheels will tell
+    Conviction conviction;            // in one of them
     double named_by_chance = 1;       // probability of its name where it was given to one of several that nothing will ever tell apart
     std::array<double, 4> as_kind{};  // nats by which it was seen as each of the group's kinds
     double presence = 1;              // part of the last frames of its cameras that showed it
@@ -60,6 +65,13 @@ struct Track {
     bool alive() const { return !belief.hypotheses.empty(); }
     /// Not seen for longer than it was seen: perhaps it never was there.
     bool hardly_known(Nanoseconds now, double patience) const { return to_seconds(now - seen) > patience + 2 * to_seconds(seen - born); }
+};
+
+/// A track without a name as it would be if it were a certain robot, moved by that one's wheels.
+struct PossibleName {
+    Track track;
+    double evidence = 0;    // nats for this name against no name
+    Nanoseconds since = 0;  // its wheels count from here on
 };
 
 /// Moves a track to a time, by odometry where there is any. Not into the past.

@@ -366,6 +366,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     compare_structure();
     evidence.pixels.assign(pixels(), {0, 1});
     evidence.perhaps.assign(pixels(), 0.0f);
+    evidence.perhaps_part = settings_.perhaps;
     evidence.perhaps_counts = channels_ == 1;  // colours tell shadows from most things; what they leave open is for those who know more
     const float channels = static_cast<float>(channels_);
     const float log_other = -channels * std::log(settings_.other_range);  // of one colour of a thing's

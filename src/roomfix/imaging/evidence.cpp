@@ -10,6 +10,16 @@ void Evidence::count_perhaps() {
     perhaps_counts = true;
 }
 
+void Evidence::rule_out_shadow(std::size_t pixel) {
+    const float doubtful = perhaps[pixel] / perhaps_part;
+    if (doubtful <= 0) return;
+    Sums& sums = pixels[pixel];
+    const float other = sums.other - (perhaps_counts ? perhaps[pixel] : 0) + doubtful;
+    const float both = other + sums.plain;
+    sums = {other / both, sums.plain / both};
+    perhaps[pixel] = 0;
+}
+
 void Evidence::take_away(std::vector<int>& from, std::vector<Pixel>* before) {
     constexpr float least = 0.05f;  // of a shadow that is followed
     if (from.empty()) return;

@@ -31,8 +31,9 @@ struct Evidence {
     int height = 0;
     int scale = 1;               // pixels of the frame per pixel here
     std::vector<Sums> pixels;    // row-major
-    std::vector<float> perhaps;  // part of a pixel's `other` that may as well be a shadow ...
+    std::vector<float> perhaps;  // of each pixel: `perhaps_part` of the probability that it shows something else or as well a shadow, part of `other` ...
     bool perhaps_counts = true;  // ... false: that comes on top of it
+    float perhaps_part = 1;
     std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
     std::vector<Sums> box_sums;  // (cells across + 1) x (cells down + 1): of all cells above and to the left
     double clutter = 0;          // part of what the picture tells that is something else
@@ -66,6 +67,8 @@ struct Evidence {
     void put_back(const std::vector<Pixel>& before);
     /// From now on what may as well be a shadow counts as something else, too. The sums have to be filled anew.
     void count_perhaps();
+    /// A pixel that shows no shadow: it is something else or the background in its own light. The sums have to be filled anew.
+    void rule_out_shadow(std::size_t pixel);
     /// Fills the sums from `pixels`, of which only some rows have changed.
     void sum_up(const Rows& changed);
     /// Fills all sums.

@@ -37,4 +37,8 @@ FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, double mo
     return readings;
 }
 
+Matrix5d CornerObservation::covariance_with(const IntrinsicsMatrix& intrinsics) const {
+    return covariance + by_intrinsics * intrinsics * by_intrinsics.transpose();
+}
+
 }  // namespace roomfix

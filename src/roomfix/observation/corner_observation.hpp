@@ -52,7 +52,7 @@ struct CornerObservation {
     double other_rise = 0, other_rise_sigma = 0;
 
     /// With what is not known of the intrinsics.
-    Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const { return covariance + by_intrinsics * intrinsics * by_intrinsics.transpose(); }
+    Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const;
 };
 
 /// The same picture of a corner that is `scale` times as far above the camera.

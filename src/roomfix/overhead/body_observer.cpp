@@ -7,6 +7,7 @@
 
 #include "roomfix/base/assignment.hpp"
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/overhead/floor_shadows.hpp"
 #include "roomfix/overhead/keep_apart.hpp"
 
 namespace roomfix {
@@ -78,12 +79,15 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     moment_.assign(cameras.begin(), cameras.end());
     for (std::size_t c = 0; c < cameras.size(); ++c) {
         left_[c] = *cameras[c].evidence;
-        left_[c].perhaps.resize(left_[c].pixels.size());       // none where nobody said what may be a shadow
-        if (cameras.size() > 1 && !left_[c].perhaps_counts) {  // on the floor a shadow contradicts the other cameras, a robot does not
-            left_[c].count_perhaps();
-            left_[c].sum_up();
-        }
+        left_[c].perhaps.resize(left_[c].pixels.size());  // none where nobody said what may be a shadow
         moment_[c].evidence = &left_[c];
+    }
+    if (cameras.size() > 1) {
+        rule_out_shadows(cameras, left_);
+        for (Evidence& evidence : left_) {
+            evidence.count_perhaps();
+            evidence.sum_up();
+        }
     }
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
 }
