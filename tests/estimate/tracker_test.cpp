@@ -389,9 +389,8 @@ TEST(Tracker, TellsFiveLookAlikesByTheirWheels) {
         for (std::size_t place = 0; place < 5; ++place) frame[place].robot = static_cast<int>(place);
         tracker.see(from_seconds(t), "hall", frame);
         for (const Fix& fix : tracker.fixes(from_seconds(t))) {
-            if (fix.status == FixStatus::none) continue;
-            const auto r = static_cast<std::size_t>(fix.robot[1] - '1');
-            if (fix.identity > 0.95) EXPECT_NEAR(fix.pose.y, 1 + 1.5 * lane[r], 0.2) << fix.robot << " at " << t;
+            if (fix.status == FixStatus::none || fix.identity < 0.95) continue;
+            EXPECT_NEAR(fix.pose.y, 1 + 1.5 * lane[static_cast<std::size_t>(fix.robot[1] - '1')], 0.2) << fix.robot << " at " << t;
         }
     }
     const auto fixes = tracker.fixes(from_seconds(3.9));

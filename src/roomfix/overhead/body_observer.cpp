@@ -150,6 +150,19 @@ double BodyObserver::most_of_robot(int robot, double trust) {
     return most;
 }
 
+/// Volume of an upright cylinder about as wide as a body.
+static double volume(double radius, double height) { return std::numbers::pi * radius * radius * height; }
+
+/// Nats by which what may be a robot or a thing is likelier to be the robot.
+double BodyObserver::odds_against_thing(int robot, std::size_t thing) const {
+    const Body& a = body(robot);
+    const Body& b = bodies_[thing];
+    const double width_a = std::sqrt(a.radius * a.inner_radius), width_b = std::sqrt(b.radius * b.inner_radius);
+    const double common = volume(std::min(width_a, width_b), std::min(a.height, b.height));
+    const double alike = common / (volume(width_a, a.height) + volume(width_b, b.height) - common);
+    return settings_.odds_of_thing + settings_.odds_if_alike * alike * alike;
+}
+
 /// The thing that explains better than a robot at this pose what both would explain, each with the best that the other kind makes of what it leaves;
 /// null: the robot does. All samples share the errors of the descriptions, so that only a part of the scores counts.
 const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose, double score) {
@@ -166,14 +179,14 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     if (!best) return nullptr;
     const double trust = std::min(1.0, settings_.search.most_information / std::max(best->score, 1.0));
     const double prior = std::max(prior_of(robot, pose), 0.0);
-    const double lead = trust * (best->score - score) - settings_.odds_of_thing - prior;
+    const double lead = trust * (best->score - score) - odds_against_thing(robot, best_kind) - prior;
     const double clutter = settings_.search.odds_of_clutter;
     if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
     take_away(best->pose, bodies_[best_kind], &on_trial_);
     const double robot_behind = most_of_robot(robot, trust) - clutter;
     put_back();
     take_away(pose, body(robot), &on_trial_);
-    const double thing_behind = trust * most_of_things() - clutter - settings_.odds_of_thing;
+    const double thing_behind = trust * most_of_things() - clutter - settings_.rarity_of_things;
     put_back();
     return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) > 0 ? best : nullptr;
 }
@@ -186,7 +199,7 @@ bool BodyObserver::settle_thing(const BodyCandidate& thing) {
         BodyPlace place = search_.measure(moment_, bodies_[kind], thing);
         const int number = static_cast<int>(robots_ + kind - kinds());
         candidates.erase(candidates.begin() + (&thing - candidates.data()));
-        const double odds = place.log_ratio - settings_.search.odds_of_clutter - settings_.odds_of_thing;
+        const double odds = place.log_ratio - settings_.search.odds_of_clutter - settings_.rarity_of_things;
         if (odds < 0 || in_the_way(bodies_[kind], number, place.pose)) return false;
         place.probability = 1 / (1 + std::exp(-odds));
         things_.push_back(place);

@@ -50,7 +50,9 @@ struct BodyObserverSettings {
     int search_expected = 3;         // searches: in each of so many, expected robots are looked for everywhere, too
     std::vector<Cylinder> things = {{0.5, 1.7}, {0.6, 0.9}};  // m: a person; a chair or a carton. What they explain better is no robot
     double things_sigma = 0.1;                                // m: how well these sizes fit
-    double odds_of_thing = 16;  // nats by which what may as well be a robot is likelier to be one: a thing has any size and is rarer
+    double rarity_of_things = 16;                             // nats: what nothing else explains must be so plain to be a thing ...
+    double odds_of_thing = 3;                                 // ... and what may as well be a robot is likelier to be one, by so much ...
+    double odds_if_alike = 40;  // ... and this much times the square of the part of both bodies that is common: alike, they explain the same
     double outline_loss = 8;    // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -104,6 +106,7 @@ private:
     void look_for_things(const Expectation& expected);
     double most_of_things();
     double most_of_robot(int robot, double trust);
+    double odds_against_thing(int robot, std::size_t thing) const;
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score);
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);

@@ -467,7 +467,9 @@ void SiteRunner::pass_on(Nanoseconds time, const std::function<bool(const Fix&)>
         last = fix.status;
         if (said) continue;
         if (!is_due(fix)) continue;
-        last_given_[fix.robot] = time;
+        Nanoseconds& last_time = last_given_.try_emplace(fix.robot, never).first->second;
+        if (fix.status != FixStatus::ok && last_time == time) continue;  // another source of the same moment has said it
+        last_time = time;
         fix.latency = latency(time);
         if (fix.latency && parts.looking > 0) {
             fix.latency_parts = parts;
