@@ -52,20 +52,19 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     }
     begin_moment(cameras);
     look_for_things(expected);
-    std::vector<char> searched(kinds(), 0);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
         look_where_expected(kind);
         // Who is missing may stand where another one is expected. Now and then all are looked for everywhere, lest one be followed that is another thing.
         const bool turn = !candidates_[kind].empty() && (searches_ + static_cast<long>(kind)) % settings_.search_expected == 0;
-        searched[kind] = expected.search && (turn || is_missing(kind));
-        if (searched[kind]) search_everywhere(kind);
+        if (expected.search && (turn || is_missing(kind))) search_everywhere(kind);
     }
     searches_ += expected.search;
     while (settle_next(!expected.search)) {
     }
+    // Who is still missing: again in what the others leave, where the best places are no longer theirs.
     for (std::size_t kind = 0; kind < kinds() && expected.search; ++kind) {
-        if (is_open(kind) && !searched[kind]) search_everywhere(kind);
+        if (is_open(kind)) search_everywhere(kind);
     }
     while (settle_next(false)) {
     }
