@@ -131,7 +131,8 @@ void CameraRenderer::blur(const std::vector<PixelLight>& light, const Rectangle&
         float light = 0, down = 0;
     };
     const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width_ + x); };
-    std::vector<Row> across(light.size());
+    thread_local std::vector<Row> across;
+    across.resize(light.size());
     for (int y = std::max(area.top - blur_reach, 0); y <= std::min(area.bottom + blur_reach, height_ - 1); ++y) {
         for (int x = area.left; x <= area.right; ++x) {
             Row sum;
@@ -157,8 +158,8 @@ void CameraRenderer::blur(const std::vector<PixelLight>& light, const Rectangle&
     }
 }
 
-/// The part of the image that robots, their shadows and reflections can change.
-CameraRenderer::Rectangle CameraRenderer::reach(const std::vector<Solid>& moving) const {
+/// The part of the image that a solid, its shadows and reflections can change.
+CameraRenderer::Rectangle CameraRenderer::reach(const Solid& s) const {
     Rectangle area{width_, height_, -1, -1};
     const auto include = [&](const Eigen::Vector3f& p) {
         const auto pixel = project_map_point(view_, p.cast<double>());
@@ -168,19 +169,17 @@ CameraRenderer::Rectangle CameraRenderer::reach(const std::vector<Solid>& moving
         area.top = std::min(area.top, static_cast<int>(std::floor(std::clamp(pixel->y(), -10.0, height_ + 10.0))) - margin);
         area.bottom = std::max(area.bottom, static_cast<int>(std::ceil(std::clamp(pixel->y(), -10.0, height_ + 10.0))) + margin);
     };
-    for (const Solid& s : moving) {
-        const float r = std::hypot(s.half.x(), s.half.y());
-        for (int corner = 0; corner < 8; ++corner) {
-            const Eigen::Vector3f offset((corner & 1 ? r : -r), (corner & 2 ? r : -r), corner & 4 ? s.half.z() : -s.half.z());
-            const Eigen::Vector3f p = s.centre + offset;
-            include(p);
-            include({p.x(), p.y(), -p.z()});
-            for (const Lamp& lamp : scene_.lamps) {
-                const float rise = lamp.position.z() - p.z();
-                if (rise < 0.2f) continue;
-                const Eigen::Vector3f shadow = p + (p - lamp.position) * (p.z() / rise);
-                if ((shadow - s.centre).norm() < 3) include(shadow);
-            }
+    const float r = std::hypot(s.half.x(), s.half.y());
+    for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3f offset((corner & 1 ? r : -r), (corner & 2 ? r : -r), corner & 4 ? s.half.z() : -s.half.z());
+        const Eigen::Vector3f p = s.centre + offset;
+        include(p);
+        include({p.x(), p.y(), -p.z()});
+        for (const Lamp& lamp : scene_.lamps) {
+            const float rise = lamp.position.z() - p.z();
+            if (rise < 0.2f) continue;
+            const Eigen::Vector3f shadow = p + (p - lamp.position) * (p.z() / rise);
+            if ((shadow - s.centre).norm() < 3) include(shadow);
         }
     }
     return {std::max(area.left, 0), std::max(area.top, 0), std::min(area.right, width_ - 1), std::min(area.bottom, height_ - 1)};
@@ -196,24 +195,49 @@ void CameraRenderer::copy_still(const Rectangle& area) const {
     }
 }
 
+/// Solids whose parts of the picture overlap belong together; what another cluster does is not seen there.
+void CameraRenderer::find_clusters(const std::vector<Solid>& moving) const {
+    const auto apart = [](const Rectangle& a, const Rectangle& b) { return a.right < b.left || b.right < a.left || a.bottom < b.top || b.bottom < a.top; };
+    clusters_.clear();
+    for (const Solid& solid : moving) {
+        Cluster joined{reach(solid), {solid}};
+        if (joined.area.left > joined.area.right || joined.area.top > joined.area.bottom) continue;
+        for (std::size_t c = 0; c < clusters_.size();) {
+            const Cluster& other = clusters_[c];
+            if (apart(joined.area, other.area)) {
+                ++c;
+                continue;
+            }
+            joined.area = {std::min(joined.area.left, other.area.left), std::min(joined.area.top, other.area.top),
+                           std::max(joined.area.right, other.area.right), std::max(joined.area.bottom, other.area.bottom)};
+            joined.solids.insert(joined.solids.end(), other.solids.begin(), other.solids.end());
+            clusters_.erase(clusters_.begin() + static_cast<std::ptrdiff_t>(c));
+            c = 0;  // it has grown: those that were apart may be no longer
+        }
+        clusters_.push_back(std::move(joined));
+    }
+}
+
+void CameraRenderer::trace_cluster(const Cluster& cluster) const {
+    const Rectangle& area = cluster.area;
+    copy_still(area);
+    const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
+                            area.right < width_ - 1 ? area.right - blur_reach : area.right, area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
+    mark_changed(changed, cluster.solids);
+    const int across = (width_ + cell_size - 1) / cell_size;
+    for (int y = changed.top; y <= changed.bottom; ++y) {
+        for (int x = changed.left; x <= changed.right; ++x) {
+            if (!changed_[static_cast<std::size_t>(y / cell_size * across + x / cell_size)]) continue;
+            traced_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, cluster.solids);
+        }
+    }
+    blur(traced_, area, light_);
+}
+
 void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const {
     light_ = still_blurred_;
-    const Rectangle area = reach(moving);
-    if (area.left <= area.right && area.top <= area.bottom) {
-        copy_still(area);
-        const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
-                                area.right < width_ - 1 ? area.right - blur_reach : area.right,
-                                area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
-        mark_changed(changed, moving);
-        const int across = (width_ + cell_size - 1) / cell_size;
-        for (int y = changed.top; y <= changed.bottom; ++y) {
-            for (int x = changed.left; x <= changed.right; ++x) {
-                if (!changed_[static_cast<std::size_t>(y / cell_size * across + x / cell_size)]) continue;
-                traced_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, moving);
-            }
-        }
-        blur(traced_, area, light_);
-    }
+    find_clusters(moving);
+    for (const Cluster& cluster : clusters_) trace_cluster(cluster);
 
     frame.resize(width_, height_);
     Random random(mix64(seed_ * 0x2545f4914f6cdd1dULL + index));

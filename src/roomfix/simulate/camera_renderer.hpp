@@ -26,7 +26,13 @@ private:
     struct Rectangle {
         int left, top, right, bottom;  // inclusive
     };
-    Rectangle reach(const std::vector<Solid>& moving) const;
+    struct Cluster {
+        Rectangle area;
+        std::vector<Solid> solids;
+    };
+    Rectangle reach(const Solid& s) const;
+    void find_clusters(const std::vector<Solid>& moving) const;
+    void trace_cluster(const Cluster& cluster) const;
     RayHit centre_ray(int x, int y, const std::vector<Solid>& moving) const;
     void mark_changed(const Rectangle& area, const std::vector<Solid>& moving) const;
     /// Light that falls on a pixel's square: its mean, and the mean of it times the place in the square, px from the middle.
@@ -50,6 +56,7 @@ private:
     mutable std::vector<PixelLight> traced_;  // with robots, where they are; renders are not meant to run in two threads at once
     mutable std::vector<float> light_;        // the same, blurred
     mutable std::vector<char> changed_;       // per grid cell
+    mutable std::vector<Cluster> clusters_;
 };
 
 }  // namespace roomfix

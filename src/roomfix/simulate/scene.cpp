@@ -12,6 +12,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 constexpr float nearest = 1e-4f;
+constexpr float least_light = 0.01f;  // of a lamp's, to count
 
 struct Hit {
     float distance = 1e30f;
@@ -131,17 +132,20 @@ void meet_walls(const Scene& scene, const Vector3f& o, const Vector3f& d, Hit& h
 /// Light that reaches a point, and which lamps do.
 float illumination(const Scene& scene, const std::vector<Solid>& moving, const Vector3f& p, const Vector3f& n, const Vector2f& jitter, int& lamps) {
     float light = scene.ambient;
+    const float turn = 6.2831853f * jitter.y();
+    const Vector3f on_disc = std::sqrt(jitter.x()) * Vector3f(std::cos(turn), std::sin(turn), 0);  // of a lamp of radius 1
     for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
         const Lamp& lamp = scene.lamps[i];
-        const float r = lamp.radius * std::sqrt(jitter.x());
-        const float a = 6.2831853f * jitter.y();
-        const Vector3f to = lamp.position + Vector3f(r * std::cos(a), r * std::sin(a), 0) - p;
-        const float distance = to.norm();
+        const Vector3f to = lamp.position + lamp.radius * on_disc - p;
+        const float squared = to.squaredNorm();
+        const float most = lamp.power * to.z();  // that could arrive, times the distance's cube
+        if (most <= 0 || most * most < least_light * least_light * squared * squared * squared) continue;
+        const float distance = std::sqrt(squared);
         const Vector3f direction = to / distance;
         const float cosine = n.dot(direction);
         if (cosine <= 0) continue;
-        const float arriving = lamp.power * cosine * direction.z() / (distance * distance);
-        if (arriving < 0.01f) continue;
+        const float arriving = lamp.power * cosine * direction.z() / squared;
+        if (arriving < least_light) continue;
         const Vector3f start = p + 1e-3f * n;
         if (blocked(moving, start, direction, distance) || blocked(scene.furniture, start, direction, distance)) continue;
         light += arriving;
