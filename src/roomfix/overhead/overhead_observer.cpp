@@ -82,7 +82,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     std::erase_if(result.observations, [&](const SilhouetteObservation& o) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) return false;
         if (!in_sight(seen, {o.pose.x, o.pose.y})) return true;
-        if (bodies_.shows(seen, o.robot, o.pose)) note_exactness(o);
+        if (bodies_.shows(seen, o.robot, o.pose)) note_exactness(o.robot, std::clamp(o.exact, -settings_.exact_at_once, settings_.exact_at_once));
         return !is_exact(o);
     });
     for (SilhouetteObservation& o : result.observations) {
@@ -134,14 +134,14 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     for (const BodyPlace& other : sighting.others) attempt(other);
     if (!best) return std::nullopt;
     const SilhouetteObservation outline = observation_of(*best);
-    note_exactness(outline);
+    note_exactness(outline.robot, std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once));
     return is_exact(outline) ? std::optional(outline) : std::nullopt;
 }
 
 /// Whether a kind of robot is the solid that the site file describes shows over many frames; one in which it is partly hidden says little.
-void OverheadObserver::note_exactness(const SilhouetteObservation& outline) {
-    double& exact = exact_[bodies_.kind(outline.robot)];
-    exact = std::clamp(exact + std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once), -settings_.most_exact, settings_.most_exact);
+void OverheadObserver::note_exactness(int robot, double nats) {
+    double& exact = exact_[bodies_.kind(robot)];
+    exact = std::clamp(exact + nats, -settings_.most_exact, settings_.most_exact);
 }
 
 bool OverheadObserver::is_exact(const SilhouetteObservation& outline) const {

@@ -83,6 +83,9 @@ public:
     /// `standing`: all robots that were found; nearer ones may hide it.
     std::optional<SilhouetteObservation> outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing);
 
+    /// Somebody who looks at several cameras together knows more: nats by which a robot is the very solid that is described.
+    void note_exactness(int robot, double nats);
+
     const Foreground& foreground() const { return foreground_; }
     const View& view() const { return view_; }
 
@@ -115,7 +118,6 @@ private:
     bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
     double exactness(int robot) const { return exact_[bodies_.kind(robot)]; }
-    void note_exactness(const SilhouetteObservation& outline);
     bool is_exact(const SilhouetteObservation& outline) const;
     /// Are outlines worth looking for, by what was seen of such robots before?
     bool may_be_exact(int robot) const { return exactness(robot) > -settings_.surely_exact; }

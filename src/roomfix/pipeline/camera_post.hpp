@@ -57,6 +57,7 @@ public:
     std::optional<SilhouetteObservation> outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
         return observer_->outline_at(frame, sighting, standing);
     }
+    void note_exactness(int robot, double nats) { observer_->note_exactness(robot, nats); }
     /// An outline that was found after the look.
     void add_outline(const SilhouetteObservation& outline);
     /// A robot that was found in several cameras together instead of what this one found by itself.

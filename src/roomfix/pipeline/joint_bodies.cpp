@@ -1,10 +1,58 @@
 #include "roomfix/pipeline/joint_bodies.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "roomfix/overhead/outline_agreement.hpp"
 
 namespace roomfix {
 
+/// An outline that one of the cameras found.
+struct JointBodies::Outline {
+    CameraPost* post = nullptr;
+    SilhouetteObservation seen;
+};
+
+/// Outlines state millimetres. Where those of one robot in two cameras contradict each other, such robots are not the solids described: what the whole body
+/// covers decides.
+bool JointBodies::agree(const std::vector<Outline>& outlines) {
+    constexpr double contradiction = -3;  // nats
+    bool agree = true;
+    for (std::size_t a = 0; a < outlines.size(); ++a) {
+        for (std::size_t b = a + 1; b < outlines.size(); ++b) {
+            const double nats = nats_of_agreement(outlines[a].seen, outlines[b].seen);
+            outlines[a].post->note_exactness(outlines[a].seen.robot, nats);
+            outlines[b].post->note_exactness(outlines[b].seen.robot, nats);
+            agree &= nats > contradiction;
+        }
+    }
+    return agree;
+}
+
+/// Takes back outlines of one robot that contradict each other. Which of several look-alikes it is, cameras do not know.
+void JointBodies::compare_outlines(const std::vector<CameraPost*>& posts) const {
+    std::vector<Outline> left;
+    for (CameraPost* post : posts) {
+        for (const SilhouetteObservation& seen : post->outlines()) {
+            if (!robots_[static_cast<std::size_t>(seen.robot)].many) left.push_back({post, seen});
+        }
+    }
+    while (!left.empty()) {
+        const SilhouetteObservation first = left.front().seen;
+        const auto other = std::stable_partition(left.begin(), left.end(), [&](const Outline& o) {
+            return observer_.kind(o.seen.robot) == observer_.kind(first.robot) &&
+                   std::hypot(o.seen.pose.x - first.pose.x, o.seen.pose.y - first.pose.y) < observer_.body(first.robot).inner_radius;
+        });
+        const std::vector<Outline> of_one(left.begin(), other);
+        left.erase(left.begin(), other);
+        if (agree(of_one)) continue;
+        for (const Outline& o : of_one) o.post->replace_outline(o.seen.robot, nullptr);
+    }
+}
+
 JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const std::vector<LumaView>& frames, const Expectation& expected) {
+    compare_outlines(posts);
     JointSighting together;
     std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;
@@ -35,13 +83,14 @@ JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const std
             }
         }
         if (!exact) {
+            std::vector<Outline> found;
             for (std::size_t c = 0; c < posts.size(); ++c) {
                 if (!body.place.seen[c]) continue;
                 const auto outline = posts[c]->outline_at(frames[c], body, observer_.standing());
-                if (!outline || !observer_.agrees(moment, body.robot, outline->pose, body.place)) continue;
-                posts[c]->add_outline(*outline);
-                exact = true;
+                if (outline && observer_.agrees(moment, body.robot, outline->pose, body.place)) found.push_back({posts[c], *outline});
             }
+            exact = !found.empty() && agree(found);
+            for (std::size_t o = 0; o < found.size() && exact; ++o) found[o].post->add_outline(found[o].seen);
         }
         if (exact) continue;
         for (std::size_t c = 0; c < posts.size(); ++c) {

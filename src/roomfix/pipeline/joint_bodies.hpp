@@ -24,6 +24,10 @@ public:
     JointSighting find(const std::vector<CameraPost*>& posts, const std::vector<LumaView>& frames, const Expectation& expected = {});
 
 private:
+    struct Outline;
+    static bool agree(const std::vector<Outline>& outlines);
+    void compare_outlines(const std::vector<CameraPost*>& posts) const;
+
     std::vector<SiteRobot> robots_;
     std::vector<Polyline> walls_;
     BodyObserver observer_;
