@@ -6,6 +6,9 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <utility>
 
 #include "acceptance/program.hpp"
 
@@ -29,6 +32,13 @@ TEST(Demo, ItsRobotsAreWhereItsTruthSays) {
         if (robot["name"] == "a1" || robot["name"] == "a2") continue;
         EXPECT_LT(robot["position"]["rmse"], 0.06) << robot["name"];
         EXPECT_LT(robot["nees"]["mean"], 2.0) << robot["name"];
+    }
+    std::ifstream given(fixes);
+    std::set<std::pair<std::string, double>> coasting;
+    for (std::string line; std::getline(given, line);) {
+        const auto fix = nlohmann::json::parse(line);
+        if (fix["status"] != "coasting" || fix["robot"].is_null()) continue;
+        EXPECT_TRUE(coasting.emplace(fix["robot"], fix["time"]).second) << "given twice: " << line;
     }
     fs::remove_all(folder);
 }
