@@ -63,10 +63,11 @@ double other_part(const Evidence& evidence, bool inside) {
 TEST(EvidenceOfColours, ExposureAndWhiteBalanceAreNoForeground) {
     auto background = learned();
     Evidence evidence;
-    ASSERT_TRUE(background.compare(floor_picture(99, [](int x, int, double* c) {
-                                       const double lamp = 1 + 0.2 * x / width;
-                                       c[0] *= 0.8 * lamp, c[1] *= 0.7 * lamp, c[2] *= 0.6 * lamp;
-                                   }),
+    ASSERT_TRUE(background.compare(floor_picture(99,
+                                                 [](int x, int, double* c) {
+                                                     const double lamp = 1 + 0.2 * x / width;
+                                                     c[0] *= 0.8 * lamp, c[1] *= 0.7 * lamp, c[2] *= 0.6 * lamp;
+                                                 }),
                                    evidence));
     EXPECT_LT(evidence.clutter, 0.01);
 }
@@ -74,14 +75,16 @@ TEST(EvidenceOfColours, ExposureAndWhiteBalanceAreNoForeground) {
 TEST(EvidenceOfColours, AShadowSaysNothingAndAnotherColourDoes) {
     auto background = learned();
     Evidence evidence;
-    ASSERT_TRUE(background.compare(floor_picture(99, [](int x, int y, double* c) {
-                                       for (int k = 0; k < 3 && in_square(x, y); ++k) c[k] *= 0.55;
-                                   }),
+    ASSERT_TRUE(background.compare(floor_picture(99,
+                                                 [](int x, int y, double* c) {
+                                                     for (int k = 0; k < 3 && in_square(x, y); ++k) c[k] *= 0.55;
+                                                 }),
                                    evidence));
     EXPECT_LT(other_part(evidence, true), 0.1);
-    ASSERT_TRUE(background.compare(floor_picture(99, [](int x, int y, double* c) {
-                                       if (in_square(x, y)) c[0] = 150, c[1] = 90, c[2] = 40;
-                                   }),
+    ASSERT_TRUE(background.compare(floor_picture(99,
+                                                 [](int x, int y, double* c) {
+                                                     if (in_square(x, y)) c[0] = 150, c[1] = 90, c[2] = 40;
+                                                 }),
                                    evidence));
     EXPECT_GT(other_part(evidence, true), 0.9);
     EXPECT_LT(other_part(evidence, false), 0.01);
@@ -109,9 +112,10 @@ TEST(EvidenceOfColours, AFrameOfAnotherSizeIsRefused) {
 TEST(EvidenceOfColours, SumsAreThoseOfThePixels) {
     auto background = learned();
     Evidence evidence;
-    ASSERT_TRUE(background.compare(floor_picture(5, [](int x, int y, double* c) {
-                                       if (in_square(x, y)) c[0] = 200;
-                                   }),
+    ASSERT_TRUE(background.compare(floor_picture(5,
+                                                 [](int x, int y, double* c) {
+                                                     if (in_square(x, y)) c[0] = 200;
+                                                 }),
                                    evidence));
     double plain = 0;
     double other = 0;

@@ -11,11 +11,11 @@ namespace roomfix {
 /// How far stated intrinsics commonly are off where nobody states their covariance: focus and zoom were touched since, or the lens was
 /// calibrated from few pictures.
 struct LensPrior {
-    double focal = 0.03;          // of the focal length, common to x and y
-    double aspect = 0.003;        // of fx against fy
-    double centre = 0.012;        // of the picture's width
-    double distortion = 0.3;      // of each of the distortion's numbers ...
-    double least_radial = 0.03;   // ... but at least this, of radial ones
+    double focal = 0.03;         // of the focal length, common to x and y
+    double aspect = 0.003;       // of fx against fy
+    double centre = 0.012;       // of the picture's width
+    double distortion = 0.3;     // of each of the distortion's numbers ...
+    double least_radial = 0.03;  // ... but at least this, of radial ones
     double tangential = 0.002;
 };
 
@@ -24,8 +24,8 @@ struct FloorLens {
     CameraModel model;
     UncertainPose3 map_from_camera;  // as if the intrinsics were exact
     IntrinsicsErrors intrinsics;
-    double rms = 0;      // px, per coordinate
-    double evidence = 0; // by which the points speak against the stated lens: difference of the Bayesian information criterion
+    double rms = 0;       // px, per coordinate
+    double evidence = 0;  // by which the points speak against the stated lens: difference of the Bayesian information criterion
 };
 
 constexpr std::size_t enough_floor_points = 12;
