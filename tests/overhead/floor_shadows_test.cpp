@@ -9,10 +9,7 @@ namespace {
 
 View camera_at(const Eigen::Vector3d& from) {
     UncertainPose3 pose;
-    const Eigen::Vector3d forward = (Eigen::Vector3d(2, 1, 0) - from).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    pose.pose.linear() << right, forward.cross(right), forward;
-    pose.pose.translation() = from;
+    pose.pose = looking_at(from, {2, 1, 0});
     return {make_camera_model(640, 480, 500, 500, 320, 240), pose};
 }
 

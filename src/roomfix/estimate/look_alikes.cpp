@@ -102,10 +102,13 @@ PoseObservation seen_as(int robot, PoseObservation observation, const Group& gro
     return observation;
 }
 
+auto is_of(int robot) {
+    return [robot](const PossibleName& name) { return name.track.robot == robot; };
+}
+
 /// A track without a name is followed as each of the robots, too, whose wheels will tell.
 void propose_name(Track& track, int robot, const TrackingModels& models) {
-    const bool known = std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& n) { return n.track.robot == robot; });
-    if (known || !models.has_mark(robot)) return;
+    if (std::any_of(track.names.begin(), track.names.end(), is_of(robot)) || !models.has_mark(robot)) return;
     PossibleName name{track, 0, track.time};
     name.track.names.clear();
     name.track.robot = robot;
@@ -245,7 +248,7 @@ std::vector<Naming> likely_namings(const Account& account, const std::vector<std
             longer.back().by_chance.push_back(1);
             longer.back().log_weight += std::log(no_robot);
             for (const FreeName& name : free_names(naming.free, group, models)) {
-                const auto own = std::find_if(track.names.begin(), track.names.end(), [&](const PossibleName& n) { return n.track.robot == name.robot; });
+                const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(name.robot));
                 Naming& next = longer.emplace_back(naming);
                 next.robots.push_back(name.robot);
                 next.by_chance.push_back(1.0 / name.alike);
@@ -284,7 +287,7 @@ std::vector<char> ripe_tracks(const Account& account, const std::vector<std::siz
 /// A name given to one of an account's tracks.
 void give_name(Account& account, std::size_t index, int robot, double by_chance, const Group& group) {
     Track& track = account.tracks[index];
-    const auto own = std::find_if(track.names.begin(), track.names.end(), [&](const PossibleName& n) { return n.track.robot == robot; });
+    const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(robot));
     account.log_weight += track.as_kind[group.kind_of(robot)];
     if (own != track.names.end()) {
         Track named = std::move(own->track);
@@ -349,8 +352,10 @@ void give_names(GroupState& state, Nanoseconds time, const Group& group, const T
         const Account before = state.accounts[s];
         std::vector<std::vector<int>> given;
         for (const Naming& naming : namings) {
-            std::vector<int> names;
-            for (std::size_t i = 0; i < tracks.size(); ++i) names.push_back(ripe[i] ? naming.robots[i] : -2);
+            std::vector<int> names;  // of the ripe tracks: ways that differ only in the others are one
+            for (std::size_t i = 0; i < tracks.size(); ++i) {
+                if (ripe[i]) names.push_back(naming.robots[i]);
+            }
             if (naming.log_weight < least_log_weight || std::find(given.begin(), given.end(), names) != given.end()) continue;
             if (!given.empty() && state.accounts.size() >= most_accounts) break;
             Account named = with_names(before, tracks, ripe, naming, free.size(), time, group);
