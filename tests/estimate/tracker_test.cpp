@@ -360,7 +360,8 @@ TEST(Tracker, TellsTwoLookAlikesByTheirWheels) {
         const std::vector<PoseObservation> frame = {seen(1 + 0.5 * t, 1, 0, 0.01, 2, 0), seen(1 + 0.2 * t, 4, 0, 0.01, 2, 1)};
         tracker.see(from_seconds(t), "hall", frame);
         if (i == 1) {
-            for (const Fix& fix : tracker.fixes(from_seconds(t))) EXPECT_TRUE(fix.status == FixStatus::none || fix.identity < 0.9) << "nobody can know this yet";
+            for (const Fix& fix : tracker.fixes(from_seconds(t)))
+                EXPECT_TRUE(fix.status == FixStatus::none || fix.identity < 0.9) << "nobody can know this yet";
         }
     }
     const auto fixes = tracker.fixes(from_seconds(5.9));
@@ -423,6 +424,55 @@ TEST(Tracker, TellsRobotsOfNearlyOneSizeByTheirWheelsWhereCamerasTakeOneForTheOt
     EXPECT_NEAR(mast->pose.y, 1, 0.1);
     EXPECT_GT(cart->pose.y, 2.5);
     EXPECT_GT(mast->identity, 0.97);
+}
+
+/// What a description leaves out is the same in the next frame: many frames of a robot that stands are hardly more exact than one.
+TEST(Tracker, ManySightingsWithALastingErrorAreNotMuchMoreExactThanOne) {
+    const auto sigma_after = [](const std::function<void(PoseObservation&, int)>& prepare) {
+        Tracker tracker(box_site);
+        for (int i = 0; i < 30; ++i) {
+            PoseObservation o = seen(2, 2, 0, 0.04);
+            prepare(o, i);
+            tracker.drive({from_seconds(0.1 * i), 0, {0, 0, 0}});
+            see(tracker, 0.1 * i, "left+right", o);
+        }
+        return std::sqrt(tracker.fix(0, from_seconds(2.9))->covariance(0, 0));
+    };
+    const auto last = [](PoseObservation& o, double sigma, int only_camera) {
+        o.lasting.root = Eigen::Vector3d(sigma, sigma, 0).asDiagonal();
+        o.lasting.only_camera = only_camera;
+    };
+    const double free = sigma_after([](PoseObservation&, int) {});
+    const double lasting = sigma_after([&](PoseObservation& o, int) { last(o, 0.037, -1); });
+    const double by_turns = sigma_after([&](PoseObservation& o, int i) { last(o, 0.037, i % 2); });
+    EXPECT_LT(free, 0.01) << "frames that have nothing in common average out";
+    EXPECT_GT(lasting, 0.02) << "in 3 s it has become another error once or twice";
+    EXPECT_LT(lasting, 0.04);
+    EXPECT_LT(by_turns, 0.8 * lasting) << "each of two cameras errs in its own way";
+    EXPECT_GT(by_turns, 0.6 * lasting);
+}
+
+/// A cart that cameras take for the lower rover, as its load fills the rover's box better, and the other way round: each frame says by how much.
+TEST(Tracker, WeighsByHowMuchASightingIsOfOneKindAndNotOfAnother) {
+    const std::vector<SiteRobot> robots = {robot_of("rover", Box{0.65, 0.55, 0.5}), robot_of("cart", Box{0.64, 0.37, 0.85})};
+    const auto as = [](PoseObservation o, double rover, double cart) {
+        o.kinds.push_back(rover);
+        o.kinds.push_back(cart);
+        return o;
+    };
+    Tracker by_looks(site_of(robots)), by_wheels(site_of(robots));
+    for (int i = 0; i < 40; ++i) {
+        const double t = 0.1 * i;
+        // By turns either is taken for the cart, but the one at y = 4 more plainly.
+        const std::vector<PoseObservation> frame = {as(place(1 + 0.4 * t, 1, 0.02, i % 2), i % 2 == 0 ? 0 : -0.3, i % 2 == 0 ? -0.3 : 0),
+                                                    as(place(6, 4, 0.02, 1 - i % 2), i % 2 == 0 ? -5 : 0, i % 2 == 0 ? 0 : 1)};
+        by_looks.see(from_seconds(t), "hall", frame);
+        for (const int robot : {0, 1}) by_wheels.drive({from_seconds(t), robot, {robot == 1 ? 0.4 * t : 0, 0, 0}});
+        by_wheels.see(from_seconds(t), "hall", frame);
+    }
+    ASSERT_TRUE(by_looks.fix(1, from_seconds(3.9)) && by_wheels.fix(1, from_seconds(3.9)));
+    EXPECT_NEAR(by_looks.fix(1, from_seconds(3.9))->pose.y, 4, 0.1);
+    EXPECT_NEAR(by_wheels.fix(1, from_seconds(3.9))->pose.y, 1, 0.1) << "wheels tell more than looks";
 }
 
 /// Where nothing else tells, what cameras take them for decides.

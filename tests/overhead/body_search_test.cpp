@@ -58,6 +58,10 @@ TEST(BodySearch, TwoCamerasTogetherFindABodyWithAnHonestCovariance) {
     const Eigen::Matrix2d covariance = found[0].place.covariance.topLeftCorner<2, 2>();
     EXPECT_LT(off.dot(covariance.inverse() * off), 9);
     EXPECT_GT(found[0].place.covariance(0, 0), 1e-6);
+    const Eigen::Matrix3d lasting = found[0].place.lasting.root * found[0].place.lasting.root.transpose();
+    EXPECT_GT(lasting(0, 0), 0.5 * found[0].place.covariance(0, 0)) << "the next frame errs in the same way";
+    EXPECT_GT((covariance - lasting.topLeftCorner<2, 2>()).determinant(), 0);
+    EXPECT_EQ(found[0].place.lasting.only_camera, -1);
     EXPECT_EQ(std::count(found[0].place.seen.begin(), found[0].place.seen.end(), 1), 2);
 }
 
@@ -72,6 +76,26 @@ TEST(BodySearch, ABoxIsFoundWithItsHeading) {
     ASSERT_EQ(found.size(), 1U);
     EXPECT_LT(std::hypot(found[0].place.pose.x - truth.x, found[0].place.pose.y - truth.y), 0.08);
     EXPECT_LT(std::abs(std::remainder(found[0].place.pose.yaw - truth.yaw, body.symmetry)), 0.15);
+    EXPECT_GT(found[0].place.lasting.root.norm(), 0) << "one camera alone errs as long as several";
+    EXPECT_EQ(found[0].place.lasting.only_camera, 0);
+}
+
+TEST(BodySearch, ASightingSaysHowMuchLessRobotsOfOtherKindsExplainIt) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View right = camera({4, -2, 2.6}, {2, 1, 0});
+    const SiteRobot tall{"tall", Box{0.75, 0.45, 0.8}};
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const Evidence a = evidence_of(left, {{body_of(tall), truth}});
+    const Evidence b = evidence_of(right, {{body_of(tall), truth}});
+    const std::vector<SeenBy> seen = {{&left, &a}, {&right, &b}};
+    BodyObserver observer({can, cart, tall});
+    const auto& found = observer.find(seen, {1, 1, 1});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].robot, 2);
+    ASSERT_EQ(found[0].kinds.size(), 3U);
+    EXPECT_LT(found[0].kinds[0], -3);
+    EXPECT_LT(found[0].kinds[1], -3);
+    EXPECT_EQ(found[0].kinds[2], 0);
 }
 
 TEST(BodySearch, AnEmptyFloorHasNoBody) {

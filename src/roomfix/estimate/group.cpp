@@ -130,23 +130,24 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
 }  // namespace
 
 std::vector<Group> groups_of(const std::vector<SiteRobot>& robots) {
+    const std::vector<std::size_t> kinds = kinds_of(robots);
     std::vector<Group> groups;
     for (std::size_t i = 0; i < robots.size(); ++i) {
-        const auto alike_group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
-            return !g.many && !robots[i].many && hard_to_tell(robots[static_cast<std::size_t>(g.robots.front())], robots[i]);
+        const auto may_be = [&](int other) {
+            const SiteRobot& of_group = robots[static_cast<std::size_t>(other)];
+            return !of_group.many && !robots[i].many && hard_to_tell(of_group, robots[i]);
+        };
+        Group group{{}, robots[i].many, {}};
+        // All groups that have one like it are one group.
+        std::erase_if(groups, [&](const Group& other) {
+            if (std::none_of(other.robots.begin(), other.robots.end(), may_be)) return false;
+            group.robots.insert(group.robots.end(), other.robots.begin(), other.robots.end());
+            group.kinds.insert(group.kinds.end(), other.kinds.begin(), other.kinds.end());
+            return true;
         });
-        if (alike_group == groups.end()) {
-            groups.push_back({{static_cast<int>(i)}, robots[i].many, {0}});
-            continue;
-        }
-        std::size_t kind = 0;
-        for (std::size_t r = 0; r < alike_group->robots.size(); ++r) {
-            const bool alike = look_alike(robots[static_cast<std::size_t>(alike_group->robots[r])], robots[i]);
-            kind = alike ? alike_group->kinds[r] : std::max(kind, alike_group->kinds[r] + 1);
-            if (alike) break;
-        }
-        alike_group->robots.push_back(static_cast<int>(i));
-        alike_group->kinds.push_back(std::min(kind, Track().as_kind.size() - 1));
+        group.robots.push_back(static_cast<int>(i));
+        group.kinds.push_back(std::min(kinds[i], most_kinds - 1));
+        groups.push_back(std::move(group));
     }
     return groups;
 }

@@ -13,7 +13,7 @@ namespace roomfix {
 struct Group {
     std::vector<int> robots;  // indices in the site's robots
     bool many = false;
-    std::vector<std::size_t> kinds{};  // of each of `robots`: those of one kind look alike
+    std::vector<std::size_t> kinds{};  // of each of `robots`, as in kinds_of(): those of one kind look alike
 
     /// Kind of one of the robots.
     std::size_t kind_of(int robot) const;

@@ -12,7 +12,7 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t most_accounts = 32;
-constexpr double no_robot = 0.1;           // share of new tracks that are none of the group
+constexpr double no_robot = 0.03;          // share of new tracks that are none of the group
 constexpr std::size_t most_namings = 128;  // ways to give all names at once that are compared
 constexpr double ask_again = 1;            // s until a track that got no name may get one
 constexpr double same = 0.5;               // squared distance of poses below which two accounts of a robot are one
@@ -42,11 +42,21 @@ double vagueness(const Track& track, const PoseObservation& observation) {
 }
 
 constexpr double kind_sightings = 5;  // so many sightings tell what kind of robot it is as well as any number of them
+constexpr double part_of_kind = 0.2;  // of what cameras make of it: rough bodies are explained better by wrong kinds, too
+constexpr double most_of_kind = 3;    // nats that one look tells of it: what a description leaves out is the same in the next one
+
+/// Nats by which a sighting is of a kind of robot, beside the group's kind that explains it best; nothing where nobody compared them.
+std::optional<double> of_kind(const PoseObservation& observation, std::size_t kind, const Group& group) {
+    if (kind >= observation.kinds.size()) return std::nullopt;
+    double most = observation.kinds[kind];
+    for (const std::size_t other : group.kinds) most = std::max(most, other < observation.kinds.size() ? observation.kinds[other] : most);
+    return std::max(part_of_kind * (observation.kinds[kind] - most), -most_of_kind);
+}
 
 /// Twice the nats against a sighting of one kind being a robot of another.
 double kind_cost(const Track& track, const PoseObservation& observation, const Group& group) {
     if (!track.named || group.kind_of(track.robot) == group.kind_of(observation.robot)) return 0;
-    return 2 * kind_sightings * observation.tells_kind;
+    return 2 * std::max(0.0, -of_kind(observation, group.kind_of(track.robot), group).value_or(-kind_sightings * observation.tells_kind));
 }
 
 /// Remembers as what kind of robot a track was seen. Nats for the name it has.
@@ -54,9 +64,13 @@ double note_kind(Track& track, const PoseObservation& observation, const Group& 
     double evidence = 0;
     for (std::size_t kind = 0; kind < track.as_kind.size(); ++kind) {
         const double before = track.as_kind[kind];
-        const double limit = std::max(kind_sightings * observation.tells_kind, std::abs(before));
-        const double step = kind == group.kind_of(observation.robot) ? observation.tells_kind : -observation.tells_kind;
-        track.as_kind[kind] = std::clamp(before + step, -limit, limit);
+        if (const auto compared = of_kind(observation, kind, group)) {
+            track.as_kind[kind] += (*compared - before) / std::clamp<double>(track.sightings, 1, kind_sightings);
+        } else {
+            const double limit = std::max(kind_sightings * observation.tells_kind, std::abs(before));
+            const double step = kind == group.kind_of(observation.robot) ? observation.tells_kind : -observation.tells_kind;
+            track.as_kind[kind] = std::clamp(before + step, -limit, limit);
+        }
         if (track.named && kind == group.kind_of(track.robot)) evidence = track.as_kind[kind] - before;
     }
     return evidence;
@@ -102,6 +116,14 @@ PoseObservation seen_as(int robot, PoseObservation observation, const Group& gro
     return observation;
 }
 
+/// Takes a sighting of what may be a certain robot; returns its log evidence. A direction that says nothing about it may be any: without that a robot of
+/// another kind would have less to explain.
+double take_as(Track& track, int robot, const PoseObservation& seen, const Event& event, const Group& group, const TrackingModels& models) {
+    const PoseObservation as = seen_as(robot, seen, group);
+    const double any_direction = seen.yaw_known && !as.yaw_known ? std::log(seen.like_turns / (2 * std::numbers::pi)) : 0;
+    return take_pose(track, as, event.source, models, group.many) + any_direction;
+}
+
 auto is_of(int robot) {
     return [robot](const PossibleName& name) { return name.track.robot == robot; };
 }
@@ -122,7 +144,7 @@ void weigh_names(Track& track, const PoseObservation& seen, const Event& event, 
     std::vector<double> before = {0}, after = {0};  // first that it is none of them
     for (PossibleName& name : track.names) {
         before.push_back(name.evidence);
-        after.push_back(name.evidence + take_pose(name.track, seen_as(name.track.robot, seen, group), event.source, models) - plain);
+        after.push_back(name.evidence + take_as(name.track, name.track.robot, seen, event, group, models) - plain);
     }
     track.conviction.temper(before, after, event.time, models.settings.conviction);
     for (std::size_t n = 0; n < track.names.size(); ++n) track.names[n].evidence = after[n + 1] - after[0];
@@ -155,7 +177,7 @@ double take_assigned(Account& account, const std::vector<int>& column_of, const 
         if (column_of[t] < 0) continue;
         used[static_cast<std::size_t>(column_of[t])] = 1;
         const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
-        const double plain = take_pose(track, track.named ? seen_as(track.robot, seen, group) : seen, event.source, models, group.many);
+        const double plain = take_as(track, track.named ? track.robot : seen.robot, seen, event, group, models);
         evidence += plain;
         weigh_names(track, seen, event, plain, group, models);
         if (!group.many) evidence += note_kind(track, seen, group);

@@ -14,6 +14,9 @@ std::optional<ByCalibration> by_calibration(const PoseObservation& observation, 
     return by;
 }
 
+/// The slow state of one of the three errors that last.
+int component_of(const LastingError& lasting, int error) { return 3 * (lasting.only_camera + 1) + error; }
+
 }  // namespace
 
 void add_slow_states(Belief& belief, const PoseSource& source) {
@@ -30,6 +33,10 @@ void add_slow_states(Belief& belief, const PoseObservation& observation, const P
     PoseSource known = source;
     if (!by_calibration(observation, source)) known.calibrated_exactly = true;
     add_slow_states(belief, known);
+    for (int i = 0; i < 3; ++i) {
+        if (observation.lasting.root.col(i).isZero(0)) continue;
+        ensure_slow(belief, {SlowKind::body, source.source, component_of(observation.lasting, i), 1, 1 / source.body_memory});
+    }
 }
 
 Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source) {
@@ -41,6 +48,13 @@ Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observ
     for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Vector3d::Unit(i));
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
         l.depends_on_slow(belief, *offset, belief.velocity());
+    }
+    for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d column = observation.lasting.root.col(i);
+        const auto slow = find_slow(belief, SlowKind::body, source.source, component_of(observation.lasting, i));
+        if (!slow || column.isZero(0)) continue;
+        l.noise -= column * column.transpose();
+        l.depends_on_slow(belief, *slow, column);
     }
     if (const auto by = by_calibration(observation, source)) {
         for (int i = 0; i < 6; ++i) {

@@ -11,6 +11,7 @@ struct PoseSource {
     int source = 0;                   // of the tracker's sources
     bool calibrated_exactly = true;   // its fixes do not move with errors of its calibration
     double calibration_memory = 1e5;  // s: over that time its pose changes
+    double body_memory = 3;           // s: over that time what a robot's description leaves out errs otherwise
     double time_offset_sigma = 0;     // s; 0: its time stamps are right
 };
 
@@ -20,8 +21,8 @@ void add_slow_states(Belief& belief, const PoseSource& source);
 /// Prepares the slow states that the observation needs; call it before `linearise_pose`.
 void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source);
 
-/// Residual of x, y, yaw (m, m, rad); the yaw that looks the same and is nearest is meant. The calibration's part of the covariance
-/// belongs to the slow states, the rest is noise.
+/// Residual of x, y, yaw (m, m, rad); the yaw that looks the same and is nearest is meant. The parts of the covariance that last
+/// belong to the slow states, the rest is noise.
 Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source);
 
 /// The same for x and y alone, of a robot without a front.

@@ -44,13 +44,13 @@ struct Track {
     Nanoseconds born = 0;
     Nanoseconds seen = 0;  // last observation that was believed
     int sightings = 0;
-    Nanoseconds declined = never;     // when it last got no name
-    std::vector<PossibleName> names;  // of a track without one: the robots that it may be and whose wheels will tell
-    Conviction conviction;            // in one of them
-    double named_by_chance = 1;       // probability of its name where it was given to one of several that nothing will ever tell apart
-    std::array<double, 4> as_kind{};  // nats by which it was seen as each of the group's kinds
-    double presence = 1;              // part of the last frames of its cameras that showed it
-    double budget = most_budget;      // nats, how far evidence may still turn the balance between hypotheses
+    Nanoseconds declined = never;              // when it last got no name
+    std::vector<PossibleName> names;           // of a track without one: the robots that it may be and whose wheels will tell
+    Conviction conviction;                     // in one of them
+    double named_by_chance = 1;                // probability of its name where it was given to one of several that nothing will ever tell apart
+    std::array<double, most_kinds> as_kind{};  // nats by which it was seen as a robot of each kind
+    double presence = 1;                       // part of the last frames of its cameras that showed it
+    double budget = most_budget;               // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
     SenseNoise noise;                                 // of its own senses, as learned
     StartCloud cloud;                                 // where it may be, until it is found

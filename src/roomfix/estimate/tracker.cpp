@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "roomfix/base/decompositions.hpp"
 
@@ -39,6 +40,12 @@ bool usable(const LandmarkObservation& o) { return usable(o.points); }
 bool usable(const CornerObservation& o) {
     return o.view.corner_from_camera.allFinite() && o.view.place.allFinite() && o.covariance.allFinite() &&
            Eigen::LLT<Matrix5d>(o.covariance).info() == Eigen::Success;
+}
+
+/// Less than all directions that do not look the same are likely.
+bool tells_direction(const PoseObservation& o) {
+    const double all = 2 * std::numbers::pi / std::max(o.like_turns, 1);
+    return o.covariance(2, 2) < all * all / 12;
 }
 
 /// Does a sighting stand inside another one of the same frame? Robots of one group cannot: it is the same robot seen twice.
@@ -173,7 +180,8 @@ void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const P
     const int source = models_.source(camera);
     std::vector<GroupSighting> sightings(groups_.size());
     int key = 0;
-    for (const PoseObservation& o : robots) {
+    for (PoseObservation o : robots) {
+        o.yaw_known &= tells_direction(o);
         if (!knows_robot(o.robot) || !usable(o)) {
             ++counts_.impossible;
             continue;

@@ -18,7 +18,7 @@ struct TrackerSettings {
     double range_bias_memory = 600;  // s
     double wander_way = 1;           // m: over that way an error that depends on the place is another
 
-    double body_memory = 3;  // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
+    double body_memory = 2;  // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
 
     bool learns = true;  // how the robots' own senses err
 

@@ -64,10 +64,7 @@ int TrackingModels::source(const std::string& name) {
     const int number = static_cast<int>(source_names.size()) - 1;
     PoseSource errors;
     errors.source = number;
-    if (name.find('+') != std::string::npos) {
-        errors.calibrated_exactly = false;
-        errors.calibration_memory = settings.body_memory;
-    }
+    errors.body_memory = settings.body_memory;
     fixed.emplace(number, errors);
     return number;
 }

@@ -13,15 +13,9 @@
 namespace roomfix {
 
 BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings) : settings_(settings), search_(settings.search) {
+    kind_of_ = kinds_of(robots);
     for (std::size_t r = 0; r < robots.size(); ++r) {
-        const auto alike =
-            std::find_if(robots.begin(), robots.begin() + static_cast<std::ptrdiff_t>(r), [&](const SiteRobot& other) { return look_alike(other, robots[r]); });
-        if (alike != robots.begin() + static_cast<std::ptrdiff_t>(r)) {
-            kind_of_.push_back(kind_of_[static_cast<std::size_t>(alike - robots.begin())]);
-        } else {
-            kind_of_.push_back(bodies_.size());
-            bodies_.push_back(body_of(robots[r]));
-        }
+        if (kind_of_[r] == bodies_.size()) bodies_.push_back(body_of(robots[r]));
     }
     robots_ = robots.size();
     watches_things_ = std::any_of(robots.begin(), robots.end(), [](const SiteRobot& r) { return !r.many; });
@@ -312,8 +306,8 @@ bool BodyObserver::settle_next(bool only_expected) {
         candidates_[kind].erase(candidates_[kind].begin() + static_cast<std::ptrdiff_t>(best->candidate));
         return true;
     }
+    BodySighting sighting{best->robot, places[0], {}, compare_kinds(kind, places[0])};
     stand(best->robot, places[0].pose);
-    BodySighting sighting{best->robot, places[0], {}};
     sighting.others.assign(places.begin() + 1, places.end());
     found_.push_back(std::move(sighting));
     return true;
@@ -372,6 +366,19 @@ std::vector<BodyCandidate> BodyObserver::rivals_of(const Choice& choice) const {
         rivals.back().prior = prior_of(choice.robot, candidates[c].pose);
     }
     return rivals;
+}
+
+/// How well robots of the other kinds explain what stands at a place where one of `own` kind was found.
+FixedList<double, most_kinds> BodyObserver::compare_kinds(std::size_t own, const BodyPlace& place) {
+    constexpr double nearby = 0.1;  // m
+    FixedList<double, most_kinds> nats;
+    for (std::size_t kind = 0; kind < std::min(kinds(), most_kinds); ++kind) {
+        const double trust = std::min(1.0, settings_.search.most_information / std::max(place.log_ratio, 1.0));
+        const double score =
+            kind == own ? place.log_ratio : search_.near(moment_, bodies_[kind], place.pose, nearby * nearby * Eigen::Matrix3d::Identity()).score;
+        nats.push_back(trust * (score - place.log_ratio));
+    }
+    return nats;
 }
 
 /// A robot is settled: what it covers explains the other candidates less.

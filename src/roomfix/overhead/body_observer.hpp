@@ -15,7 +15,8 @@ namespace roomfix {
 struct BodySighting {
     int robot = 0;  // index in the site's robots
     BodyPlace place;
-    std::vector<BodyPlace> others;  // further places that explain the pictures nearly as well, with their weights
+    std::vector<BodyPlace> others;          // further places that explain the pictures nearly as well, with their weights
+    FixedList<double, most_kinds> kinds{};  // as of a SilhouetteObservation
 };
 
 /// A robot whose outline was found: what it explains is not looked at again.
@@ -114,6 +115,7 @@ private:
     bool settle_next(bool only_expected);
     std::optional<Choice> choose() const;
     std::vector<BodyCandidate> rivals_of(const Choice& choice) const;
+    FixedList<double, most_kinds> compare_kinds(std::size_t own, const BodyPlace& place);
     void stand(int robot, const Pose2& pose);
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     bool stand_in_each_other(const Body& a, const Pose2& at_a, const Body& b, const Pose2& at_b) const;

@@ -52,12 +52,15 @@ Eigen::Vector2d normal_pair(double u, double v) {
 
 bool better(const BodyCandidate& a, const BodyCandidate& b) { return a.total() > b.total(); }
 
-/// What a body's description leaves out is the same in the next frame, wherever several cameras see the body.
+/// What a body's description leaves out is the same in the next frame.
 void note_lasting(BodyPlace& place, const Body& body, double part) {
-    if (std::count(place.seen.begin(), place.seen.end(), 1) < 2) return;
-    const Eigen::LLT<Eigen::Matrix3d> root(part * place.covariance);
-    place.by_calibration.leftCols<3>() = root.matrixL();
-    if (body.round()) place.by_calibration.row(2).setZero();
+    const Eigen::Matrix3d own = place.covariance - place.by_calibration * place.by_calibration.transpose();
+    const Eigen::LLT<Eigen::Matrix3d> root(part * own);
+    if (root.info() != Eigen::Success) return;
+    place.lasting.root = root.matrixL();
+    if (body.round()) place.lasting.root.row(2).setZero();
+    if (std::count(place.seen.begin(), place.seen.end(), 1) > 1) return;
+    place.lasting.only_camera = static_cast<int>(std::find(place.seen.begin(), place.seen.end(), 1) - place.seen.begin());
 }
 
 Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.yaw + by.z())}; }
@@ -417,7 +420,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance.col(2).setZero();
         place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
     }
-    if (!body.round()) place.covariance(2, 2) += std::pow(0.25 * (1 - place.filled) + body.size_sigma / body.radius, 2);
+    if (!body.round()) place.covariance(2, 2) += std::pow(settings_.turn_of_gaps * (1 - place.filled) + body.size_sigma / body.radius, 2);
     const auto look = agreement(cameras, body, place.pose);
     double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);

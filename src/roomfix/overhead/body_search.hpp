@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/place_score.hpp"
 
 namespace roomfix {
@@ -36,21 +37,22 @@ struct BodySearchSettings {
     int spread_rounds = 3;
     double most_information = 40;      // nats: a body that is not exactly as described tells places apart no better than that
     double odds_of_clutter = 12;       // nats: what explains a picture as well as a body does by chance
-    double lasting = 0.85;             // part of the variance of a place found by several cameras that stays from frame to frame
+    double lasting = 0.65;             // part of the variance of a place that stays from frame to frame, beside what the calibration makes of it
     double least_place_sigma = 0.003;  // m
+    double turn_of_gaps = 1;           // rad: how uncertain the direction of a body is that leaves all of its pixels open, beside what explains them as well
 };
 
 /// Where a body may stand.
 struct BodyPlace {
     Pose2 pose;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();                          // x, y, yaw; with what is uncertain of body and calibration
-    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by errors that stay from frame to frame: one camera's calibration; of
-                                                                                       // several cameras together, what the description leaves out
-    double log_ratio = 0;                                                              // nats, summed over the cameras
-    double weight = 0;                                                                 // of all places, 0..1
-    double probability = 0;                                                            // that it is a body and no clutter
-    double filled = 0;                                                                 // part of its pixels that differ from the background
-    std::vector<char> seen;                                                            // of each camera: it has the body in its picture and shows it
+    Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // by the errors of the calibration, where one camera alone shows it
+    LastingError lasting;
+    double log_ratio = 0;    // nats, summed over the cameras
+    double weight = 0;       // of all places, 0..1
+    double probability = 0;  // that it is a body and no clutter
+    double filled = 0;       // part of its pixels that differ from the background
+    std::vector<char> seen;  // of each camera: it has the body in its picture and shows it
 };
 
 /// A pose with its score in all cameras together, nats.

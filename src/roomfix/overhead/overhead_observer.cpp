@@ -29,6 +29,7 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
     }
     for (const Cylinder& thing : settings.body.things) shapes_.push_back(shape_points(thing, settings.body.things_sigma));
     exact_.assign(robots.size(), 0.0);
+    exact_to_others_ = exact_;
     found_.reserve(64);
     others_.reserve(64);
     starts_.reserve(4096);
@@ -133,9 +134,14 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     attempt(sighting.place);
     for (const BodyPlace& other : sighting.others) attempt(other);
     if (!best) return std::nullopt;
-    const SilhouetteObservation outline = observation_of(*best);
+    SilhouetteObservation outline = observation_of(*best);
     note_exactness(outline.robot, std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once));
-    return is_exact(outline) ? std::optional(outline) : std::nullopt;
+    if (is_exact(outline)) return outline;
+    if (own_exactness(outline.robot) < settings_.surely_exact) return std::nullopt;
+    // The solid that is described to this camera, but not to the others: it stands there, but no more exactly than its body tells.
+    outline.covariance += sighting.place.covariance;
+    outline.lasting = sighting.place.lasting;
+    return outline;
 }
 
 /// Whether a kind of robot is the solid that the site file describes shows over many frames; one in which it is partly hidden says little.
@@ -457,6 +463,8 @@ SilhouetteObservation observation_of(const BodySighting& sighting, const Body& b
     observation.pose = place.pose;
     observation.covariance = place.covariance;
     observation.by_calibration = place.by_calibration;
+    observation.lasting = place.lasting;
+    observation.kinds = sighting.kinds;
     observation.yaw_known = !body.round();
     observation.support = place.filled;
     observation.visible = 1;

@@ -85,6 +85,9 @@ public:
 
     /// Somebody who looks at several cameras together knows more: nats by which a robot is the very solid that is described.
     void note_exactness(int robot, double nats);
+    /// Nats by which a robot is the very solid that is described: as this camera saw robots of its kind, and as others did.
+    double own_exactness(int robot) const { return exact_[bodies_.kind(robot)]; }
+    void set_exactness_to_others(int robot, double nats) { exact_to_others_[bodies_.kind(robot)] = nats; }
 
     const Foreground& foreground() const { return foreground_; }
     const View& view() const { return view_; }
@@ -117,7 +120,7 @@ private:
     bool available(int robot) const;
     bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
-    double exactness(int robot) const { return exact_[bodies_.kind(robot)]; }
+    double exactness(int robot) const { return own_exactness(robot) + exact_to_others_[bodies_.kind(robot)]; }
     bool is_exact(const SilhouetteObservation& outline) const;
     /// Are outlines worth looking for, by what was seen of such robots before?
     bool may_be_exact(int robot) const { return exactness(robot) > -settings_.surely_exact; }
@@ -136,7 +139,8 @@ private:
     ColourBackground colour_background_;
     ColourFrames colour_frames_;
     BodyObserver bodies_;
-    std::vector<double> exact_;  // of each kind of robot: nats by which it is the solid that the site file describes
+    std::vector<double> exact_;            // of each kind of robot: nats by which it is the solid that the site file describes
+    std::vector<double> exact_to_others_;  // the same, as other cameras saw it
     int frames_seen_ = 0;
     bool learning_ = true;
     bool bodies_wanted_ = true;

@@ -58,6 +58,8 @@ public:
         return observer_->outline_at(frame, sighting, standing);
     }
     void note_exactness(int robot, double nats) { observer_->note_exactness(robot, nats); }
+    double own_exactness(int robot) const { return observer_->own_exactness(robot); }
+    void set_exactness_to_others(int robot, double nats) { observer_->set_exactness_to_others(robot, nats); }
     /// An outline that was found after the look.
     void add_outline(const SilhouetteObservation& outline);
     /// A robot that was found in several cameras together instead of what this one found by itself.

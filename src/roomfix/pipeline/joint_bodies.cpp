@@ -51,8 +51,19 @@ void JointBodies::compare_outlines(const std::vector<CameraPost*>& posts) const 
     }
 }
 
+/// Whether a robot is the very solid that is described is the same for all cameras: one alone may find its outline by chance.
+void JointBodies::share_exactness(const std::vector<CameraPost*>& posts) const {
+    for (std::size_t r = 0; r < robots_.size(); ++r) {
+        const int robot = static_cast<int>(r);
+        double all = 0;
+        for (const CameraPost* post : posts) all += post->own_exactness(robot);
+        for (CameraPost* post : posts) post->set_exactness_to_others(robot, all - post->own_exactness(robot));
+    }
+}
+
 JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const std::vector<LumaView>& frames, const Expectation& expected) {
     compare_outlines(posts);
+    share_exactness(posts);
     JointSighting together;
     std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;

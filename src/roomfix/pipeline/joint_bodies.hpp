@@ -27,6 +27,7 @@ private:
     struct Outline;
     static bool agree(const std::vector<Outline>& outlines);
     void compare_outlines(const std::vector<CameraPost*>& posts) const;
+    void share_exactness(const std::vector<CameraPost*>& posts) const;
 
     std::vector<SiteRobot> robots_;
     std::vector<Polyline> walls_;

@@ -146,14 +146,24 @@ bool look_alike(const SiteRobot& a, const SiteRobot& b) {
     return a.learned_body == b.learned_body && same_parts(a.parts, b.parts, alike);
 }
 
+std::vector<std::size_t> kinds_of(const std::vector<SiteRobot>& robots) {
+    std::vector<std::size_t> kinds;
+    std::size_t count = 0;
+    for (const SiteRobot& robot : robots) {
+        const auto alike = std::find_if(robots.data(), &robot, [&](const SiteRobot& other) { return look_alike(other, robot); });
+        kinds.push_back(alike == &robot ? count++ : kinds[static_cast<std::size_t>(alike - robots.data())]);
+    }
+    return kinds;
+}
+
 bool hard_to_tell(const SiteRobot& a, const SiteRobot& b) {
     if (look_alike(a, b)) return true;
-    constexpr double like = 1.35;  // ratio of sizes: bodies fill their boxes no better than that
+    constexpr double like_footprint = 1.5, like_height = 2;  // ratios of sizes: bodies fill their boxes no better than that
     const bool rough = a.parts.empty() && b.parts.empty() && !a.learned && !b.learned && !a.many && !b.many;
     const Eigen::Vector3d half_a = half_size(a.shape), half_b = half_size(b.shape);
     const auto footprint = [](const Eigen::Vector3d& half) { return std::sqrt(half.x() * half.y()); };
-    const auto near = [&](double p, double q) { return std::max(p, q) < like * std::min(p, q); };
-    return rough && near(footprint(half_a), footprint(half_b)) && near(half_a.z(), half_b.z());
+    const auto near = [](double p, double q, double like) { return std::max(p, q) < like * std::min(p, q); };
+    return rough && near(footprint(half_a), footprint(half_b), like_footprint) && near(half_a.z(), half_b.z(), like_height);
 }
 
 }  // namespace roomfix

@@ -254,6 +254,8 @@ Receiver somewhere_on(const SiteRobot& robot);
 
 /// Can the two not be told apart from afar, by shape and size, or by the bodies that their parts and models make?
 bool look_alike(const SiteRobot& a, const SiteRobot& b);
+/// Of each robot: its kind. Look-alikes are of one kind; the kinds are numbered as they come.
+std::vector<std::size_t> kinds_of(const std::vector<SiteRobot>& robots);
 /// Are they so nearly of one size that pictures may take one for the other, as long as nothing but a rough box or cylinder is known of them?
 bool hard_to_tell(const SiteRobot& a, const SiteRobot& b);
 
