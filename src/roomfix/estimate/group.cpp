@@ -254,21 +254,50 @@ std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group
     return fixes;
 }
 
+namespace {
+
+/// What kind of robot a track without a name is, surely enough that cameras need not look for others there.
+constexpr double sure_of_kind = 3;  // nats
+
+/// The robots that are not followed, to tracks without a name: what each looks like most. Indices of robots; -1: none of them.
+std::vector<int> guess_names(const std::vector<Track>& tracks, const Group& group) {
+    struct Guess {
+        std::size_t track = 0;
+        int robot = 0;
+        double nats = 0;
+    };
+    std::vector<Guess> guesses;
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        if (!tracks[t].alive() || tracks[t].named) continue;
+        const auto nats = [&](int robot) { return tracks[t].as_kind[group.kind_of(robot)]; };
+        double most = -1e300;
+        for (const int robot : group.robots) most = std::max(most, nats(robot));
+        for (const int robot : group.robots) {
+            const bool free =
+                std::none_of(tracks.begin(), tracks.end(), [&](const Track& other) { return other.named && other.robot == robot && other.alive(); });
+            if (free && nats(robot) > most - sure_of_kind) guesses.push_back({t, robot, nats(robot) - most});
+        }
+    }
+    std::stable_sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) { return a.nats > b.nats; });
+    std::vector<int> names(tracks.size(), -1);
+    for (const Guess& guess : guesses) {
+        const bool given = std::find(names.begin(), names.end(), guess.robot) != names.end();
+        if (!given && names[guess.track] < 0) names[guess.track] = guess.robot;
+    }
+    return names;
+}
+
+}  // namespace
+
 std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<PoseObservation> expected;
     const std::vector<Track>& tracks = state.accounts.front().tracks;
-    std::vector<int> free;
-    for (const int robot : group.robots) {
-        if (std::none_of(tracks.begin(), tracks.end(), [&](const Track& t) { return t.named && t.robot == robot && t.alive(); })) free.push_back(robot);
-    }
-    for (const Track& track : tracks) {
-        if (!track.alive() || (!track.named && free.empty())) continue;
-        const Fix fix = fix_of(track, time, models);
-        if (fix.status == FixStatus::none) continue;
-        const auto likeliest =
-            std::max_element(free.begin(), free.end(), [&](int a, int b) { return track.as_kind[group.kind_of(a)] < track.as_kind[group.kind_of(b)]; });
-        expected.push_back({track.named ? track.robot : *likeliest, fix.pose, fix.yaw_known, fix.covariance});
-        if (!track.named) free.erase(likeliest);
+    const std::vector<int> guessed = guess_names(tracks, group);
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        const int robot = tracks[t].named ? tracks[t].robot : guessed[t];
+        if (!tracks[t].alive() || robot < 0) continue;
+        const Fix fix = fix_of(tracks[t], time, models);
+        if (fix.status != FixStatus::none) expected.push_back({robot, fix.pose, fix.yaw_known, fix.covariance});
     }
     return expected;
 }
