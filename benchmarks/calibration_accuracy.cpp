@@ -234,16 +234,16 @@ void measure_lines(int runs) {
 /// All cameras of a hall from drives of 30 s, by what locates the robot.
 void measure_sites(int runs) {
     const auto with = [](auto... members) {
-        Senses senses;
+        HallSenses senses;
         ((senses.*members = true), ...);
         return senses;
     };
-    const std::pair<const char*, Senses> all[] = {
-        {"two cameras", with(&Senses::cameras)},
-        {"two cameras, wheels", with(&Senses::cameras, &Senses::odometry)},
-        {"landmarks, wheels", with(&Senses::ceiling, &Senses::odometry)},
-        {"corners, wheels", with(&Senses::corners, &Senses::odometry)},
-        {"all of them", with(&Senses::cameras, &Senses::ceiling, &Senses::corners, &Senses::ranges, &Senses::odometry)}};
+    const std::pair<const char*, HallSenses> all[] = {
+        {"two cameras", with(&HallSenses::cameras)},
+        {"two cameras, wheels", with(&HallSenses::cameras, &HallSenses::odometry)},
+        {"landmarks, wheels", with(&HallSenses::ceiling, &HallSenses::odometry)},
+        {"corners, wheels", with(&HallSenses::corners, &HallSenses::odometry)},
+        {"all of them", with(&HallSenses::cameras, &HallSenses::ceiling, &HallSenses::corners, &HallSenses::ranges, &HallSenses::odometry)}};
     for (const auto& [name, senses] : all) {
         const SiteCalibrationResult r = measure_site_calibration(name, senses, 30, runs, 3);
         fmt::print("site, {}: {} cameras, {:.1f} % inside, NEES {:.2f} of 6, turned wrongly by {:.3f} deg before and {:.3f} after\n", name, r.cameras,

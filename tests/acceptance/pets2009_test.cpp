@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path folder = data_folder("pets2009");
+const fs::path pets_folder = data_folder("pets2009");
 
 std::map<int, std::vector<Eigen::Vector2d>> read_truth(const fs::path& file) {
     std::map<int, std::vector<Eigen::Vector2d>> truth;
@@ -29,10 +29,10 @@ std::map<int, std::vector<Eigen::Vector2d>> read_truth(const fs::path& file) {
 }
 
 DetectionCount count_people(bool learned_first, bool tracked) {
-    const Site site = *load_site(folder / "site.yaml");
-    const auto truth = read_truth(folder / "truth.csv");
+    const Site site = *load_site(pets_folder / "site.yaml");
+    const auto truth = read_truth(pets_folder / "truth.csv");
     OverheadObserver observer(*fixed_view(site.cameras[0]), site.robots);
-    const std::string video = (folder / "vtest.avi").string();
+    const std::string video = (pets_folder / "vtest.avi").string();
     if (learned_first) observer.set_background(std::move(learn_background(site.cameras[0], {video})->grey));
     Tracker tracker(site);
     auto source = open_source(video);
@@ -65,7 +65,7 @@ void print(const char* what, const DetectionCount& c) {
 }
 
 TEST(Pets2009, PeopleAreFoundInRealFootage) {
-    if (!fs::exists(folder / "vtest.avi")) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds pets2009/";
+    if (!fs::exists(pets_folder / "vtest.avi")) GTEST_SKIP() << pets_folder << " is absent: set ROOMFIX_DATA to a pets_folder that holds pets2009/";
     const DetectionCount frames = count_people(true, false);
     print("background learned first, single frames", frames);
     const DetectionCount learned = count_people(true, true);

@@ -16,7 +16,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double right_angle = std::numbers::pi / 2;
+constexpr double quarter_turn = std::numbers::pi / 2;
 
 CornerView truth_of(const RoomShot& shot) {
     const Eigen::Vector3d from_corner = shot.map_from_camera.translation() - shot.corner.position;
@@ -33,7 +33,7 @@ Vector5d error_of(const CornerView& truth, const CornerView& found) {
 struct Studio {
     CameraModel model = room_camera();
     RoomRenderer renderer{model, room_sensor(), {}, 9};
-    CornerObserver observer{model, {right_angle}};
+    CornerObserver observer{model, {quarter_turn}};
     LumaImage frame;
     CornerResult result;
     std::uint64_t taken = 0;
@@ -58,7 +58,7 @@ TEST(CornerObserver, MovesWithTheIntrinsicsAsItSays) {
         const auto k = static_cast<Eigen::Index>(i);
         numbers[k] += change[i];
         other.set_intrinsics(numbers);
-        CornerObserver observer(other, {right_angle});
+        CornerObserver observer(other, {quarter_turn});
         CornerResult after;
         observer.observe(studio.frame, {}, after);
         ASSERT_FALSE(after.corners.empty());
@@ -103,7 +103,7 @@ TEST(CornerObserver, APredictionFindsTheSameCornerWithoutSearchOrAllocation) {
     CornerHints hints;
     CornerView expected = truth_of(shot);
     expected.corner_from_camera = exponential_rotation({0.001, -0.001, 0.001}) * expected.corner_from_camera;
-    hints.expected.push_back({expected, right_angle, 1});
+    hints.expected.push_back({expected, quarter_turn, 1});
     studio.observer.observe(studio.frame, hints, studio.result);
     ASSERT_TRUE(studio.result.predicted);
     EXPECT_LT((studio.result.corners[0].view.place - searched.place).norm(), 0.003);
@@ -121,7 +121,7 @@ TEST(CornerObserver, AWrongPredictionDoesNotMakeACorner) {
     CornerHints hints;
     CornerView expected = truth_of(shot);
     expected.corner_from_camera = exponential_rotation({0, 0, 0.15}) * expected.corner_from_camera;
-    hints.expected.push_back({expected, right_angle, 1});
+    hints.expected.push_back({expected, quarter_turn, 1});
     studio.look(shot, hints);
     EXPECT_FALSE(studio.result.predicted);
     ASSERT_FALSE(studio.result.corners.empty());
@@ -207,7 +207,7 @@ TEST(CornerObserver, WhereNoCornerIsNoneIsFoundAndTheReasonSaysWhy) {
 
 TEST(CornerObserver, BlankNoisyFlatAndTinyPicturesSayWhy) {
     const CameraModel model = room_camera();
-    CornerObserver observer(model, {right_angle});
+    CornerObserver observer(model, {quarter_turn});
     CornerResult result;
     LumaImage blank(640, 480);
     for (int y = 0; y < 480; ++y) std::fill_n(blank.row(y), 640, std::uint8_t{120});
@@ -223,7 +223,7 @@ TEST(CornerObserver, BlankNoisyFlatAndTinyPicturesSayWhy) {
     EXPECT_TRUE(result.corners.empty());
     EXPECT_FALSE(result.reason.empty());
     for (const auto& [width, height] : {std::pair(640, 1), std::pair(1, 480), std::pair(20, 20), std::pair(47, 300)}) {
-        CornerObserver small(make_camera_model(width, height, 600, 600, 0.5 * width, 0.5 * height), {right_angle});
+        CornerObserver small(make_camera_model(width, height, 600, 600, 0.5 * width, 0.5 * height), {quarter_turn});
         LumaImage picture(width, height);
         for (int y = 0; y < height; ++y) std::fill_n(picture.row(y), width, std::uint8_t{90});
         small.observe(picture, {}, result);
@@ -241,7 +241,7 @@ TEST(CornerObserver, AHugePictureIsReduced) {
     RoomRenderer renderer(model, sensor, {.part = 0}, 3);
     LumaImage frame;
     renderer.render(shot.scene, shot.map_from_camera, shot.light, 0, frame);
-    CornerObserver observer(model, {right_angle});
+    CornerObserver observer(model, {quarter_turn});
     CornerResult result;
     observer.observe(frame, {}, result);
     ASSERT_FALSE(result.corners.empty()) << result.reason;
@@ -262,7 +262,7 @@ TEST(CornerObserver, ACornerOutsideTheViewIsNotSeen) {
 /// A camera without distortion sees three plain surfaces meet; `beyond` the corner, on the y edge's line, the light of what lies next to the x
 /// edge is another: so a cupboard's shadow draws it on a wall and the ceiling.
 LumaImage three_surfaces(const CameraModel& model, const CornerView& view, double beyond) {
-    const CornerRays rays = corner_rays(view, right_angle).value();
+    const CornerRays rays = corner_rays(view, quarter_turn).value();
     const Eigen::Vector2d at = rays.corner * model.fx + Eigen::Vector2d(model.cx, model.cy);
     const auto is_left_of = [](const Eigen::Vector2d& line, const Eigen::Vector2d& p) { return line.x() * p.y() - line.y() * p.x() > 0; };
     const auto light_at = [&](const Eigen::Vector2d& p) {
@@ -292,7 +292,7 @@ TEST(CornerObserver, ACupboardsShadowUnderTheCeilingIsNoCorner) {
     Random random(29);
     const CameraModel model = make_camera_model(640, 480, 600, 600, 319.5, 239.5);
     const CornerView view = truth_of(chou1986_shot({2.1, 1.4}, random));
-    CornerObserver observer(model, {right_angle});
+    CornerObserver observer(model, {quarter_turn});
     CornerResult result;
     observer.observe(three_surfaces(model, view, 75), {}, result);
     ASSERT_EQ(result.corners.size(), 1u) << result.reason;
@@ -307,7 +307,7 @@ TEST(CornerObserver, AMirroredPictureGivesTheMirroredPlace) {
     Studio studio;
     studio.model = make_camera_model(640, 480, 600, 600, 319.5, 239.5);
     studio.renderer = RoomRenderer(studio.model, room_sensor(), {}, 9);
-    studio.observer = CornerObserver(studio.model, {right_angle});
+    studio.observer = CornerObserver(studio.model, {quarter_turn});
     Random random(27);
     const RoomShot shot = chou1986_shot({1.4, 2.8}, random);
     studio.renderer.render(shot.scene, shot.map_from_camera, shot.light, 0, studio.frame);

@@ -96,22 +96,22 @@ Figures look_at(const Rooms& rooms, std::uint64_t seed, int pictures) {
 }
 
 // Of every kind of rooms 24 are looked at. What is allowed to fail is several times what fails at length (hundreds of pictures).
-constexpr int pictures = 24;
+constexpr int pictures_of_each = 24;
 
 TEST(Moulding, WithoutOneCornersStayAsSharpAsTheyAre) {
-    const Figures bare = look_at({"none", Moulded::no_wall}, 51, pictures);
-    EXPECT_GE(bare.fixes, pictures - 1);
+    const Figures bare = look_at({"none", Moulded::no_wall}, 51, pictures_of_each);
+    EXPECT_GE(bare.fixes, pictures_of_each - 1);
     EXPECT_GE(bare.sharp, bare.fixes - 1);
     EXPECT_LT(bare.stated, 0.005);
     // Posters, cupboards and doors draw edges parallel to the ceiling's, too.
-    const Figures furnished = look_at({"none, furnished", Moulded::no_wall, Measured::at_ceiling, false, true}, 52, pictures);
-    EXPECT_GE(furnished.fixes, pictures / 2);
+    const Figures furnished = look_at({"none, furnished", Moulded::no_wall, Measured::at_ceiling, false, true}, 52, pictures_of_each);
+    EXPECT_GE(furnished.fixes, pictures_of_each / 2);
     EXPECT_GE(furnished.sharp, furnished.fixes - 3);
 }
 
 TEST(Moulding, StatedItIsOneSharpPlace) {
-    const Figures figures = look_at({"both walls, stated", Moulded::both_walls, Measured::at_ceiling, true}, 53, pictures);
-    EXPECT_GE(figures.fixes, pictures - 2);
+    const Figures figures = look_at({"both walls, stated", Moulded::both_walls, Measured::at_ceiling, true}, 53, pictures_of_each);
+    EXPECT_GE(figures.fixes, pictures_of_each - 2);
     EXPECT_LT(figures.largest, 0.01);
     EXPECT_GE(figures.sharp, figures.fixes - 4);
     EXPECT_LE(figures.several, 3);
@@ -119,8 +119,8 @@ TEST(Moulding, StatedItIsOneSharpPlace) {
 
 TEST(Moulding, NotStatedBothItsCornersMayHaveBeenMeasuredAndTheFixSaysSo) {
     for (const Rooms& rooms : {Rooms{"both walls, at ceiling"}, Rooms{"both walls, at lower edge", Moulded::both_walls, Measured::at_lower_edge}}) {
-        const Figures figures = look_at(rooms, 54, pictures);
-        EXPECT_GE(figures.fixes, pictures - 2) << rooms.name;
+        const Figures figures = look_at(rooms, 54, pictures_of_each);
+        EXPECT_GE(figures.fixes, pictures_of_each - 2) << rooms.name;
         EXPECT_GE(figures.several, figures.fixes - 3) << rooms.name;
         EXPECT_LE(figures.sharp, 3) << rooms.name;
         EXPECT_LE(figures.astray, 2) << rooms.name;
@@ -131,8 +131,8 @@ TEST(Moulding, NotStatedBothItsCornersMayHaveBeenMeasuredAndTheFixSaysSo) {
 TEST(Moulding, OnOneWallOnlyItGivesNoConfidentlyWrongPlace) {
     for (const Rooms& rooms : {Rooms{"one wall, at ceiling", Moulded::one_wall}, Rooms{"one wall, at lower edge", Moulded::one_wall, Measured::at_lower_edge},
                                Rooms{"one wall, stated", Moulded::one_wall, Measured::at_ceiling, true}}) {
-        const Figures figures = look_at(rooms, 55, pictures);
-        EXPECT_GE(figures.fixes, pictures / 4) << rooms.name;
+        const Figures figures = look_at(rooms, 55, pictures_of_each);
+        EXPECT_GE(figures.fixes, pictures_of_each / 4) << rooms.name;
         EXPECT_LE(figures.sharply_wrong, 3) << rooms.name;
         EXPECT_LE(figures.astray, 4) << rooms.name;
     }

@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(AllSenses, Smoothing, testing::Values(0, 1, 2, 3, 5, 7,
 
 /// 30 drives, 360 numbers; at full length (./dev bench) 96.5 % are inside, and the mean is 4.8.
 TEST(SiteCalibration, DrivesCalibrateAllCamerasAndTheStatedCovarianceIsTrue) {
-    Senses senses;
+    HallSenses senses;
     senses.cameras = senses.odometry = true;
     const SiteCalibrationResult r = measure_site_calibration("cameras and wheels", senses, 20, 30, 5);
     EXPECT_EQ(r.cameras, 60);

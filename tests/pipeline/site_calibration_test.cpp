@@ -10,7 +10,7 @@ namespace roomfix {
 namespace {
 
 Site hall() {
-    Senses senses;
+    HallSenses senses;
     senses.cameras = senses.ceiling = true;
     Site site = hall_site(senses);
     for (SiteCamera& camera : site.cameras) camera.source = "frames/" + camera.id;

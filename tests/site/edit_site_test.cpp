@@ -12,7 +12,7 @@
 namespace roomfix {
 namespace {
 
-const std::string text = R"(roomfix: 1   # our lab
+const std::string lab_site = R"(roomfix: 1   # our lab
 site: {name: lab}
 cameras:
   up:   # the cheap one
@@ -31,7 +31,7 @@ robots:
 )";
 
 std::string with_mount_as(const std::string& mount) {
-    std::string changed = text;
+    std::string changed = lab_site;
     return changed.replace(changed.find("MOUNT"), 5, mount);
 }
 

@@ -16,7 +16,7 @@ namespace {
 class TwoCameras {
 public:
     explicit TwoCameras(std::size_t robots) {
-        Senses senses;
+        HallSenses senses;
         senses.cameras = true;
         site_ = hall_site(senses);
         std::get<KnownPose>(site_.cameras[1].placement).map_from_camera.covariance.setZero();
@@ -104,7 +104,7 @@ TEST(CameraErrors, WhatTwoRobotsTellIsAddedUp) {
 }
 
 TEST(CameraErrors, NothingIsLearnedWithoutAHistoryOrFixes) {
-    Senses senses;
+    HallSenses senses;
     senses.cameras = true;
     Tracker tracker(hall_site(senses), {});
     EXPECT_TRUE(camera_errors_of(tracker, {}).empty());

@@ -16,7 +16,7 @@ CameraModel wall_camera_model() { return make_camera_model(640, 480, 420, 420, 3
 
 }  // namespace
 
-Site hall_site(const Senses& senses) {
+Site hall_site(const HallSenses& senses) {
     Site site;
     site.name = "hall";
     site.ceiling = hall_height;

@@ -10,7 +10,7 @@
 namespace roomfix {
 
 /// What locates the robot.
-struct Senses {
+struct HallSenses {
     bool cameras = false;  // two fixed ones
     bool ceiling = false;  // landmarks that all look alike
     bool corners = false;  // four that all look alike
@@ -20,7 +20,7 @@ struct Senses {
 
 /// Two wall cameras, one that looks up and one that looks for corners on the robot, landmarks that look alike, four like corners, six
 /// beacons. All are described; the senses say which are used, and whether anything shows the robot's front.
-Site hall_site(const Senses& senses);
+Site hall_site(const HallSenses& senses);
 
 /// States of the tracker's own kind.
 struct TrueMotion {

@@ -59,7 +59,7 @@ public:
         // 100 moments a second; each sense speaks at its own rate and phase.
         for (int i = 0; i * 0.01 < options_.seconds; ++i) {
             const double t = i * 0.01;
-            const Senses& s = options_.senses;
+            const HallSenses& s = options_.senses;
             if (options_.smoothed && i % 5 == 4) keep_fix(t);
             const bool sees = t < options_.blind_from;
             if (s.odometry && i % 5 == 0) roll(t);
@@ -322,7 +322,7 @@ std::vector<CalibratedByDrive> calibrations_by_drive(DriveOptions options) {
     return drive.calibrations();
 }
 
-SiteCalibrationResult measure_site_calibration(const std::string& name, const Senses& senses, double seconds, int runs, std::uint64_t seed,
+SiteCalibrationResult measure_site_calibration(const std::string& name, const HallSenses& senses, double seconds, int runs, std::uint64_t seed,
                                                const std::function<void(double)>& progress) {
     SiteCalibrationResult result;
     result.name = name;
@@ -353,8 +353,8 @@ SiteCalibrationResult measure_site_calibration(const std::string& name, const Se
 
 std::vector<TrackerSample> simulated_drive(const DriveOptions& options) { return Drive1(options).run(); }
 
-ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed, const std::function<void(double)>& progress,
-                                      bool smoothed) {
+ConsistencyResult measure_consistency(const std::string& name, const HallSenses& senses, int runs, std::uint64_t seed,
+                                      const std::function<void(double)>& progress, bool smoothed) {
     ConsistencyResult result;
     result.name = name;
     result.runs = runs;
@@ -399,15 +399,15 @@ ConsistencyResult measure_consistency(const std::string& name, const Senses& sen
     return result;
 }
 
-std::vector<std::pair<std::string, Senses>> all_senses() {
-    std::vector<std::pair<std::string, Senses>> all;
+std::vector<std::pair<std::string, HallSenses>> all_senses() {
+    std::vector<std::pair<std::string, HallSenses>> all;
     for (const bool odometry : {false, true}) {
         const std::string with = odometry ? " + odometry" : "";
-        all.emplace_back("cameras" + with, Senses{true, false, false, false, odometry});
-        all.emplace_back("ceiling" + with, Senses{false, true, false, false, odometry});
-        all.emplace_back("corner" + with, Senses{false, false, true, false, odometry});
-        all.emplace_back("ranges" + with, Senses{false, false, false, true, odometry});
-        all.emplace_back("all" + with, Senses{true, true, true, true, odometry});
+        all.emplace_back("cameras" + with, HallSenses{true, false, false, false, odometry});
+        all.emplace_back("ceiling" + with, HallSenses{false, true, false, false, odometry});
+        all.emplace_back("corner" + with, HallSenses{false, false, true, false, odometry});
+        all.emplace_back("ranges" + with, HallSenses{false, false, false, true, odometry});
+        all.emplace_back("all" + with, HallSenses{true, true, true, true, odometry});
     }
     return all;
 }

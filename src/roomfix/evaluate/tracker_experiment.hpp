@@ -12,7 +12,7 @@
 namespace roomfix {
 
 struct DriveOptions {
-    Senses senses;
+    HallSenses senses;
     double seconds = 12;
     double blind_from = 1e9;  // s: from then on nothing but odometry
     std::uint64_t seed = 1;
@@ -55,7 +55,7 @@ struct SiteCalibrationResult {
 };
 
 /// `runs` drives of `seconds`, each with other errors of all calibrations.
-SiteCalibrationResult measure_site_calibration(const std::string& name, const Senses& senses, double seconds, int runs, std::uint64_t seed,
+SiteCalibrationResult measure_site_calibration(const std::string& name, const HallSenses& senses, double seconds, int runs, std::uint64_t seed,
                                                const std::function<void(double)>& progress = {});
 
 struct ConsistencyResult {
@@ -73,11 +73,11 @@ struct ConsistencyResult {
 };
 
 /// `runs` drives with one set of senses. NEES is that of the last sample of each drive, so that runs are independent.
-ConsistencyResult measure_consistency(const std::string& name, const Senses& senses, int runs, std::uint64_t seed,
+ConsistencyResult measure_consistency(const std::string& name, const HallSenses& senses, int runs, std::uint64_t seed,
                                       const std::function<void(double)>& progress = {}, bool smoothed = false);
 
 /// The ten sets of senses that the product promises to be truthful with.
-std::vector<std::pair<std::string, Senses>> all_senses();
+std::vector<std::pair<std::string, HallSenses>> all_senses();
 
 /// Part of `runs` drives whose true place lies inside the 95 % ellipse after ten seconds on odometry alone.
 double blind_coverage(int runs, std::uint64_t seed, double scale_error, double drift_error);
