@@ -16,7 +16,7 @@ constexpr double sure_of_place = 0.9;  // weight of a place that is believed
 Track& track_of(Account& account, int robot, const Group& group) {
     if (group.alone()) return account.tracks.front();
     for (Track& track : account.tracks) {
-        if (track.named && track.robot == robot) return track;
+        if (track.is(robot)) return track;
     }
     Track track;
     track.robot = robot;
@@ -33,7 +33,7 @@ bool is_heard(const Event& event) {
 
 bool followed(const GroupState& state, int robot) {
     return std::any_of(state.accounts.begin(), state.accounts.end(), [&](const Account& account) {
-        return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
+        return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(robot); });
     });
 }
 
@@ -226,7 +226,7 @@ std::vector<Fix> without_names(const Account& account, Nanoseconds time, const G
         const auto may_be = [&](const Track& track) {
             return std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& name) { return name.track.robot == robot; });
         };
-        const bool named = std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
+        const bool named = std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(robot); });
         if (named || std::none_of(account.tracks.begin(), account.tracks.end(), may_be)) continue;
         Fix& fix = fixes.emplace_back();
         fix.time = time;
@@ -266,16 +266,18 @@ std::vector<int> guess_names(const std::vector<Track>& tracks, const Group& grou
         int robot = 0;
         double nats = 0;
     };
+    std::vector<int> free;
+    for (const int robot : group.robots) {
+        if (std::none_of(tracks.begin(), tracks.end(), [&](const Track& t) { return t.is(robot) && t.alive(); })) free.push_back(robot);
+    }
     std::vector<Guess> guesses;
     for (std::size_t t = 0; t < tracks.size(); ++t) {
         if (!tracks[t].alive() || tracks[t].named) continue;
         const auto nats = [&](int robot) { return tracks[t].as_kind[group.kind_of(robot)]; };
         double most = -1e300;
         for (const int robot : group.robots) most = std::max(most, nats(robot));
-        for (const int robot : group.robots) {
-            const bool free =
-                std::none_of(tracks.begin(), tracks.end(), [&](const Track& other) { return other.named && other.robot == robot && other.alive(); });
-            if (free && nats(robot) > most - sure_of_kind) guesses.push_back({t, robot, nats(robot) - most});
+        for (const int robot : free) {
+            if (nats(robot) > most - sure_of_kind) guesses.push_back({t, robot, nats(robot) - most});
         }
     }
     std::stable_sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) { return a.nats > b.nats; });
@@ -309,7 +311,7 @@ double identity_probability(const GroupState& state, const Track& track) {
         const double weight = std::exp(account.log_weight);
         all += weight;
         for (const Track& other : account.tracks) {
-            if (other.named && other.alive() && other.robot == track.robot && pose_distance(track.belief.best(), other.belief.best()) < 25) agreeing += weight;
+            if (other.is(track.robot) && other.alive() && pose_distance(track.belief.best(), other.belief.best()) < 25) agreeing += weight;
         }
     }
     return (all > 0 ? agreeing / all : 1) * track.named_by_chance;

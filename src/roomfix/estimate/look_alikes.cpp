@@ -221,7 +221,7 @@ void drop_doubles(Account& account, const TrackingModels& models) {
 std::vector<int> free_robots(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<int> free;
     for (const int robot : group.robots) {
-        const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == robot; });
+        const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(robot); });
         if (known == account.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
             free.push_back(robot);
     }
@@ -335,7 +335,7 @@ Account with_names(Account account, const std::vector<std::size_t>& tracks, cons
             account.log_weight += std::log(no_robot);
             continue;
         }
-        for (std::size_t t = 0; t < account.tracks.size(); ++t) ends[t] |= account.tracks[t].named && account.tracks[t].robot == naming.robots[i];
+        for (std::size_t t = 0; t < account.tracks.size(); ++t) ends[t] |= account.tracks[t].is(naming.robots[i]);
         account.log_weight += std::log((1 - no_robot) / (naming.by_chance[i] * static_cast<double>(free--)));
     }
     for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -343,7 +343,7 @@ Account with_names(Account account, const std::vector<std::size_t>& tracks, cons
     }
     for (Track& track : account.tracks) {
         std::erase_if(track.names, [&](const PossibleName& name) {
-            return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.named && t.robot == name.track.robot; });
+            return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(name.track.robot); });
         });
     }
     std::size_t i = 0;
@@ -394,7 +394,7 @@ void give_names(GroupState& state, Nanoseconds time, const Group& group, const T
 bool same_account(const Account& a, const Account& b) {
     for (const Track& track : a.tracks) {
         if (!track.named) continue;
-        const auto other = std::find_if(b.tracks.begin(), b.tracks.end(), [&](const Track& t) { return t.named && t.robot == track.robot; });
+        const auto other = std::find_if(b.tracks.begin(), b.tracks.end(), [&](const Track& t) { return t.is(track.robot); });
         if (other == b.tracks.end() || pose_distance(track.belief.best(), other->belief.best()) > same) return false;
     }
     return true;

@@ -11,7 +11,7 @@ struct PoseSource {
     int source = 0;                   // of the tracker's sources
     bool calibrated_exactly = true;   // its fixes do not move with errors of its calibration
     double calibration_memory = 1e5;  // s: over that time its pose changes
-    double body_memory = 3;           // s: over that time what a robot's description leaves out errs otherwise
+    double body_memory = 2;           // s: over that time what a robot's description leaves out errs otherwise
     double time_offset_sigma = 0;     // s; 0: its time stamps are right
 };
 

@@ -63,6 +63,8 @@ struct Track {
     Nanoseconds searched = never;                     // when its place was last sought from what it heard
 
     bool alive() const { return !belief.hypotheses.empty(); }
+    /// Is it known to be this robot?
+    bool is(int known_robot) const { return named && robot == known_robot; }
     /// Not seen for longer than it was seen: perhaps it never was there.
     bool hardly_known(Nanoseconds now, double patience) const { return to_seconds(now - seen) > patience + 2 * to_seconds(seen - born); }
 };

@@ -313,7 +313,7 @@ void Tracker::keep_history() {
 const Track* Tracker::track(int robot) const {
     if (!knows_robot(robot)) return nullptr;
     for (const Track& track : buffers_[group_of(robot)].newest().accounts.front().tracks) {
-        if (track.named && track.robot == robot && track.alive()) return &track;
+        if (track.is(robot) && track.alive()) return &track;
     }
     return nullptr;
 }

@@ -170,7 +170,7 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
         }
     }
     if (!best) return nullptr;
-    const double trust = std::min(1.0, settings_.search.most_information / std::max(best->score, 1.0));
+    const double trust = search_.trust_in(best->score);
     const double prior = std::max(prior_of(robot, pose), 0.0);
     const double lead = trust * (best->score - score) - odds_against_thing(robot, best_kind) - prior;
     const double clutter = settings_.search.odds_of_clutter;
@@ -371,9 +371,9 @@ std::vector<BodyCandidate> BodyObserver::rivals_of(const Choice& choice) const {
 /// How well robots of the other kinds explain what stands at a place where one of `own` kind was found.
 FixedList<double, most_kinds> BodyObserver::compare_kinds(std::size_t own, const BodyPlace& place) {
     constexpr double nearby = 0.1;  // m
+    const double trust = search_.trust_in(place.log_ratio);
     FixedList<double, most_kinds> nats;
     for (std::size_t kind = 0; kind < std::min(kinds(), most_kinds); ++kind) {
-        const double trust = std::min(1.0, settings_.search.most_information / std::max(place.log_ratio, 1.0));
         const double score =
             kind == own ? place.log_ratio : search_.near(moment_, bodies_[kind], place.pose, nearby * nearby * Eigen::Matrix3d::Identity()).score;
         nats.push_back(trust * (score - place.log_ratio));

@@ -169,7 +169,6 @@ std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const
     return places;
 }
 
-/// All samples of a body share the errors of its description, so that however many they are, they tell only so much.
 double BodySearch::trust_in(double score) const { return std::min(1.0, settings_.most_information / std::max(score, 1.0)); }
 
 /// The best place is as uncertain as all that might be it together.

@@ -86,6 +86,9 @@ public:
     /// The best pose near one, in steps from `step` (m) down.
     BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
 
+    /// Part of a score that counts: all samples of a body share the errors of its description, so that however many they are, they tell only so much.
+    double trust_in(double score) const;
+
     /// A place with its covariance and its probability against clutter.
     BodyPlace measure(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best);
 
@@ -100,7 +103,6 @@ private:
     void try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place);
     bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
-    double trust_in(double score) const;
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
     BodySearchSettings settings_;

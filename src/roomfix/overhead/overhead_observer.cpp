@@ -83,7 +83,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     std::erase_if(result.observations, [&](const SilhouetteObservation& o) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) return false;
         if (!in_sight(seen, {o.pose.x, o.pose.y})) return true;
-        if (bodies_.shows(seen, o.robot, o.pose)) note_exactness(o.robot, std::clamp(o.exact, -settings_.exact_at_once, settings_.exact_at_once));
+        if (bodies_.shows(seen, o.robot, o.pose)) note_outline(o);
         return !is_exact(o);
     });
     for (SilhouetteObservation& o : result.observations) {
@@ -135,7 +135,7 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     for (const BodyPlace& other : sighting.others) attempt(other);
     if (!best) return std::nullopt;
     SilhouetteObservation outline = observation_of(*best);
-    note_exactness(outline.robot, std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once));
+    note_outline(outline);
     if (is_exact(outline)) return outline;
     if (own_exactness(outline.robot) < settings_.surely_exact) return std::nullopt;
     // The solid that is described to this camera, but not to the others: it stands there, but no more exactly than its body tells.
@@ -148,6 +148,10 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
 void OverheadObserver::note_exactness(int robot, double nats) {
     double& exact = exact_[bodies_.kind(robot)];
     exact = std::clamp(exact + nats, -settings_.most_exact, settings_.most_exact);
+}
+
+void OverheadObserver::note_outline(const SilhouetteObservation& outline) {
+    note_exactness(outline.robot, std::clamp(outline.exact, -settings_.exact_at_once, settings_.exact_at_once));
 }
 
 bool OverheadObserver::is_exact(const SilhouetteObservation& outline) const {

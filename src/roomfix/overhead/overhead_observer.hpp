@@ -121,6 +121,7 @@ private:
     bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
     double exactness(int robot) const { return own_exactness(robot) + exact_to_others_[bodies_.kind(robot)]; }
+    void note_outline(const SilhouetteObservation& outline);
     bool is_exact(const SilhouetteObservation& outline) const;
     /// Are outlines worth looking for, by what was seen of such robots before?
     bool may_be_exact(int robot) const { return exactness(robot) > -settings_.surely_exact; }
