@@ -7,7 +7,8 @@
 
 #include "commands.hpp"
 #include "roomfix/pipeline/site_runner.hpp"
-#include "roomfix/simulate/scenario.hpp"
+#include "roomfix/simulate/render_ahead.hpp"
+#include "roomfix/simulate/scenario_renderer.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -38,18 +39,19 @@ struct Mishaps {
 };
 
 /// The rooms without robots, rendered and learned.
-std::vector<CameraRenderer> prepare(const Scenario& scenario, SiteRunner& room, std::uint64_t seed) {
-    constexpr int background_frames = 30;
-    std::vector<CameraRenderer> renderers;
+std::vector<ScenarioRenderer> prepare(const Scenario& scenario, SiteRunner& room, std::uint64_t seed) {
+    constexpr std::uint64_t background_frames = 30;
+    std::vector<ScenarioRenderer> renderers;
     const auto progress = progress_bar("rendering the empty building");
-    for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {
-        renderers.emplace_back(scenario.scene, scenario.cameras[c].truth, scenario.cameras[c].sensor, seed * 31 + c);
+    for (std::size_t c = 0; c < camera_count(scenario); ++c) {
+        ScenarioRenderer& renderer = renderers.emplace_back(scenario, c, seed);
+        if (c >= scenario.cameras.size()) continue;
         BackgroundLearner learner;
         ColourFrames levels;
         LumaImage frame;
         ColourImage small;
-        for (int i = 0; i < background_frames; ++i) {
-            renderers[c].render({}, light_at(-0.1 * i, seed + c), 1'000'000 + static_cast<std::uint64_t>(i), frame);
+        for (std::uint64_t i = 0; i < background_frames; ++i) {
+            renderer.render_empty(i, frame);
             learner.add(frame);
             shrink_grey(frame.view(), small);
             levels.add(small);
@@ -80,17 +82,9 @@ int demo(const Arguments& arguments) {
         complain(served.error().message);
         return bad_input;
     }
-    const auto renderers = prepare(scenario, room, arguments.seed);
-    std::vector<CeilingRenderer> up_renderers;
-    for (const ScenarioUpCamera& camera : scenario.up_cameras) {
-        up_renderers.emplace_back(camera.truth.model, camera.sensor, camera.glare, arguments.seed * 37 + up_renderers.size());
-    }
-    std::vector<RoomRenderer> eye_renderers;
+    auto renderers = prepare(scenario, room, arguments.seed);
     const Mishaps mishaps;
-    View knocked = scenario.cameras[mishaps.bumped].truth;
-    knocked.map_from_camera.pose.linear() = exponential_rotation({0, 0, radians(0.8)}) * knocked.map_from_camera.pose.linear();
-    const CameraRenderer knocked_renderer(scenario.scene, knocked, scenario.cameras[mishaps.bumped].sensor, arguments.seed * 31 + mishaps.bumped);
-    for (const ScenarioEye& eye : scenario.eyes) eye_renderers.emplace_back(eye.truth.model, eye.sensor, eye.glare, arguments.seed * 41 + eye_renderers.size());
+    ScenarioRenderer knocked(scenario, mishaps.bumped, arguments.seed, radians(0.8));
     say(
         fmt::format("Five robots drive through a rendered building, found by three cameras on the walls, landmarks on the ceiling, a room's corners,\n"
                     "beacons and their wheels. Two of them look the same, and one passes through a room that no camera sees. From 0:30 to 0:40 of every\n"
@@ -100,9 +94,13 @@ int demo(const Arguments& arguments) {
 
     const auto start = std::chrono::steady_clock::now();
     const Nanoseconds epoch = system_now();
-    std::vector<Solid> solids;
-    std::vector<LumaImage> frames(renderers.size() + up_renderers.size() + eye_renderers.size());  // fixed, looking up, looking for corners
-    std::vector<ColourImage> small(renderers.size());                                              // of the fixed ones
+    const auto now = [start] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+    RenderAhead pictures(renderers.size(), scenario.frame_rate, now, [&](std::size_t c, double time, std::uint64_t number, LumaImage& frame) {
+        if (c == mishaps.freezing && mishaps.frozen(time) && !frame.empty()) return;
+        ScenarioRenderer& renderer = c == mishaps.bumped && mishaps.is_bumped(time) ? knocked : renderers[c];
+        renderer.render(time, number, frame);
+    });
+    std::vector<ColourImage> small(scenario.cameras.size());  // of the fixed ones
     WorkerPool pool(hardware_threads());
     room.measure_latency();
     double heard_until = 0;
@@ -110,53 +108,30 @@ int demo(const Arguments& arguments) {
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
         if (scenario.robots[r].robot.odometry) wheels.emplace_back(static_cast<int>(r), wheels_of(scenario, r, arguments.seed));
     }
-    for (std::uint64_t i = 0; !stop_requested(); ++i) {
-        const auto elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start);
-        const double time = elapsed.count();
-        if (arguments.seconds > 0 && time > arguments.seconds) break;
-        solids.clear();
-        for (const ScenarioRobot& robot : scenario.robots) {
-            const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
-            solids.insert(solids.end(), parts.begin(), parts.end());
-        }
-        // Rendered side by side, and looked at side by side.
-        const bool frozen = mishaps.frozen(time) && !frames[mishaps.freezing].empty();
-        const std::size_t ups = renderers.size(), eyes = ups + up_renderers.size();
-        const std::uint64_t light = arguments.seed;
-        pool.run(static_cast<int>(frames.size()), [&](int job) {
-            const auto c = static_cast<std::size_t>(job);
-            if (c >= eyes) {
-                const Eigen::Isometry3d map_from_camera = eye_pose(scenario, scenario.eyes[c - eyes], time);
-                eye_renderers[c - eyes].render(scenario.room, map_from_camera, light_at(time, light + 80 + c - eyes), i, frames[c]);
-            } else if (c >= ups) {
-                const ScenarioUpCamera& camera = scenario.up_cameras[c - ups];
-                const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
-                up_renderers[c - ups].render(scenario.ceiling, map_from_camera, light_at(time, light + 50 + c - ups), i, frames[c]);
-            } else if (c != mishaps.freezing || !frozen) {
-                const CameraRenderer& renderer = c == mishaps.bumped && mishaps.is_bumped(time) ? knocked_renderer : renderers[c];
-                renderer.render(solids, light_at(time, light + c), i, frames[c]);
-                shrink_grey(frames[c].view(), small[c]);
-            }
-        });
+    while (!stop_requested()) {
+        const RenderAhead::Moment moment = pictures.take();
+        if (arguments.seconds > 0 && moment.time > arguments.seconds) break;
+        std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(moment.time)));
         RangeBatch heard;
         for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
-            for (RangeObservation range : heard_ranges(scenario, r, heard_until, time, arguments.seed)) {
+            for (RangeObservation range : heard_ranges(scenario, r, heard_until, moment.time, arguments.seed)) {
                 range.time += epoch;
                 heard.ranges.push_back(range);
             }
         }
-        heard_until = time;
+        heard_until = moment.time;
         room.hear(heard);
         OdometryBatch driven;
         for (auto& [robot, wheel] : wheels) {
-            for (const WheelPose& pose : wheel.until(time)) driven.poses.push_back({epoch + from_seconds(pose.time), robot, pose.pose});
+            for (const WheelPose& pose : wheel.until(moment.time)) driven.poses.push_back({epoch + from_seconds(pose.time), robot, pose.pose});
         }
         room.drive(driven);
         std::vector<CameraFrame> seen;
-        for (std::size_t c = 0; c < frames.size(); ++c) seen.push_back({c, {frames[c], c < small.size() ? &small[c] : nullptr}, epoch + from_seconds(time)});
+        for (std::size_t c = 0; c < moment.frames.size(); ++c) {
+            if (c < small.size()) shrink_grey(moment.frames[c].view(), small[c]);
+            seen.push_back({c, {moment.frames[c], c < small.size() ? &small[c] : nullptr}, epoch + from_seconds(moment.time)});
+        }
         (void)room.feed(seen, pool);
-        const double next = static_cast<double>(static_cast<std::int64_t>(time * scenario.frame_rate) + 1) / scenario.frame_rate;
-        std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(next)));
     }
     say(room.stage_times().text());
     return done;

@@ -106,8 +106,10 @@ Pose2 place_robot(const Li2014Options& options, const Site& site, const Li2014Te
 
 /// Part of the robot's pixels that are still seen with `occluder` in the scene.
 double seen_part(const Scene& scene, const View& view, const std::vector<Solid>& robot, const Solid& occluder) {
-    Scene with = scene;
-    with.furniture.push_back(occluder);
+    Scene scene_with = scene;
+    scene_with.furniture.push_back(occluder);
+    const RayTracer without(scene), with(scene_with);
+    const MovingSolids moving = without.with(robot);
     const Eigen::Vector3f origin = view.position().cast<float>();
     int before = 0;
     int after = 0;
@@ -117,9 +119,8 @@ double seen_part(const Scene& scene, const View& view, const std::vector<Solid>&
             const auto ray = unproject(view.model, {u, v});
             if (!ray) continue;
             const Eigen::Vector3f direction = (view.map_from_camera.pose.linear() * ray->homogeneous()).cast<float>().normalized();
-            // Surface numbers of moving solids start at 2^20, times 32 for the lamps' bits.
-            const auto hits_robot = [&](const Scene& s) { return trace(s, robot, origin, direction, {0.5f, 0.5f}).surface >= (1 << 25); };
-            if (!hits_robot(scene)) continue;
+            const auto hits_robot = [&](const RayTracer& tracer) { return tracer.look(moving, origin, direction).solid >= 0; };
+            if (!hits_robot(without)) continue;
             ++before;
             after += hits_robot(with);
         }

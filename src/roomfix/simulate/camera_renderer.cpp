@@ -27,83 +27,148 @@ std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
     return kernel;
 }
 
+/// Two numbers from 0 to 1 of random bits.
+Eigen::Vector2f two_of(std::uint64_t bits) {
+    const auto uniform = [](std::uint64_t part) { return static_cast<float>(part & 0xffffff) * 0x1p-24f; };
+    return {uniform(bits >> 40U), uniform(bits >> 8U)};
+}
+
 }  // namespace
 
 CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const SensorModel& sensor, std::uint64_t seed)
-    : scene_(scene),
+    : tracer_(scene),
       view_(view),
       sensor_(sensor),
+      gamma_(sensor.gamma),
       seed_(seed),
       width_(view.model.width),
       height_(view.model.height),
+      across_((width_ + cell_size - 1) / cell_size),
+      down_((height_ + cell_size - 1) / cell_size),
       rays_(view.model, view.map_from_camera.pose.linear()) {
+    const std::vector<Solid> nothing;
+    const MovingSolids still = tracer_.with(nothing);
     still_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-    for (int y = 0; y < height_; ++y) {
-        for (int x = 0; x < width_; ++x) still_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, {});
-    }
+    const Rectangle all{0, 0, width_ - 1, height_ - 1};
     for (int y = 0; y < height_; y += cell_size) {
-        for (int x = 0; x < width_; x += cell_size) still_surface_.push_back(centre_ray(x + cell_size / 2, y + cell_size / 2, {}).surface);
+        for (int x = 0; x < width_; x += cell_size) {
+            still_floor_.push_back(trace_cell(x, y, all, still, still_));
+            still_surface_.push_back(surface_at(x, y, still));
+        }
     }
     still_blurred_.resize(still_.size());
-    blur(still_, {0, 0, width_ - 1, height_ - 1}, still_blurred_);
+    blur(still_, all, still_blurred_);
 }
 
-RayHit CameraRenderer::centre_ray(int x, int y, const std::vector<Solid>& moving) const {
-    const Eigen::Vector3f d = rays_.within(std::min(x, width_ - 1), std::min(y, height_ - 1), 0.5f, 0.5f);
+CameraRenderer::Surface CameraRenderer::surface_at(int x, int y, const MovingSolids& moving) const {
+    const Eigen::Vector3f d = rays_.within(std::min(x + cell_size / 2, width_ - 1), std::min(y + cell_size / 2, height_ - 1), 0.5f, 0.5f);
     if (d.isZero()) return {};
-    return trace(scene_, moving, view_.position().cast<float>(), d.normalized(), {0.5f, 0.5f});
+    const Sight sight = tracer_.look(moving, view_.position().cast<float>(), d.normalized());
+    return {sight.face, sight.image, tracer_.illuminate(moving, sight, 0).lamps};
+}
+
+bool CameraRenderer::narrow(int x, int y, MovingSolids& moving) const {
+    const std::size_t stride = rays_.stride(), top = rays_.corner(x, y);
+    const auto right = static_cast<std::size_t>(std::min(cell_size, width_ - x));
+    const std::size_t bottom = top + stride * static_cast<std::size_t>(std::min(cell_size, height_ - y));
+    const auto& corners = rays_.corners();
+    tracer_.narrow(view_.position().cast<float>(), {corners[top], corners[top + right], corners[bottom], corners[bottom + right]}, moving);
+    moving.walls = !still_floor_[static_cast<std::size_t>(y / cell_size * across_ + x / cell_size)];
+    return moving.walls || !moving.none();  // shadows on walls are not told beforehand
 }
 
 /// Marks the grid cells of `area` that look different with `moving` in the scene, and their neighbours.
-void CameraRenderer::mark_changed(const Rectangle& area, const std::vector<Solid>& moving) const {
-    const int across = (width_ + cell_size - 1) / cell_size;
-    const int down = (height_ + cell_size - 1) / cell_size;
-    changed_.assign(static_cast<std::size_t>(across) * static_cast<std::size_t>(down), 0);
+void CameraRenderer::mark_changed(const Rectangle& area, MovingSolids& moving) const {
+    changed_.assign(static_cast<std::size_t>(across_ * down_), 0);
     for (int j = area.top / cell_size; j <= area.bottom / cell_size; ++j) {
         for (int i = area.left / cell_size; i <= area.right / cell_size; ++i) {
-            const int surface = centre_ray(i * cell_size + cell_size / 2, j * cell_size + cell_size / 2, moving).surface;
-            if (surface == still_surface_[static_cast<std::size_t>(j * across + i)]) continue;
-            for (int v = std::max(j - 1, 0); v <= std::min(j + 1, down - 1); ++v) {
-                for (int u = std::max(i - 1, 0); u <= std::min(i + 1, across - 1); ++u) changed_[static_cast<std::size_t>(v * across + u)] = 1;
+            if (!narrow(i * cell_size, j * cell_size, moving)) continue;
+            if (surface_at(i * cell_size, j * cell_size, moving) == still_surface_[static_cast<std::size_t>(j * across_ + i)]) continue;
+            for (int v = std::max(j - 1, 0); v <= std::min(j + 1, down_ - 1); ++v) {
+                for (int u = std::max(i - 1, 0); u <= std::min(i + 1, across_ - 1); ++u) changed_[static_cast<std::size_t>(v * across_ + u)] = 1;
             }
         }
     }
 }
 
-/// The rays of its corners where they agree on what they see, a lattice of them where they do not.
-CameraRenderer::PixelLight CameraRenderer::traced(int x, int y, const std::vector<Solid>& moving) const {
-    const Eigen::Vector3f origin = view_.position().cast<float>();
-    const std::uint64_t pixel = static_cast<std::uint64_t>(y * width_ + x) * 64;
-    const auto uniform = [](std::uint64_t bits) { return static_cast<float>(bits & 0xffffff) * 0x1p-24f; };
-    const auto ray = [&](int number, float u, float v, int& surface) {
-        const std::uint64_t h = mix64(seed_ ^ (pixel + static_cast<std::uint64_t>(number)));
-        const Eigen::Vector3f d = rays_.within(x, y, u, v);
-        if (d.isZero()) return 0.0f;
-        const RayHit hit = trace(scene_, moving, origin, d.normalized(), {uniform(h >> 40U), uniform(h >> 8U)});
-        surface = hit.surface;
-        return hit.light;
-    };
-    PixelLight sum;
-    int first = 0;
-    bool alike = true;
-    for (int i = 0; i < 4; ++i) {
-        int surface = 0;
-        sum.mean += ray(i, static_cast<float>(i & 1), static_cast<float>(i >> 1), surface) / 4;
-        if (i == 0) first = surface;
-        alike &= surface == first;
+/// A ray from the camera; its number decides on the lamps' points. Dark where the lens sees nothing.
+CameraRenderer::Ray CameraRenderer::ray(std::uint64_t number, const Eigen::Vector3f& direction, const MovingSolids& moving) const {
+    Ray ray;
+    if (direction.isZero()) return ray;
+    ray.sight = tracer_.look(moving, view_.position().cast<float>(), direction.normalized());
+    ray.falls = tracer_.illuminate(moving, ray.sight, mix64(seed_ ^ mix64(number)));
+    return ray;
+}
+
+/// The rays of the pixels' corners where they agree on what they see, a lattice of them where they do not.
+bool CameraRenderer::trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, std::vector<PixelLight>& light) const {
+    const int right = std::min(left + cell_size, width_), bottom = std::min(top + cell_size, height_);
+    std::array<Ray, (cell_size + 1) * (cell_size + 1)> corners;
+    const auto at = [&](int x, int y) -> Ray& { return corners[static_cast<std::size_t>((y - top) * (cell_size + 1) + x - left)]; };
+    bool floor = true;
+    for (int y = top; y <= bottom; ++y) {
+        for (int x = left; x <= right; ++x) {
+            const std::size_t number = rays_.corner(x, y);
+            at(x, y) = ray(number, rays_.corners()[number], moving);
+            floor &= at(x, y).sight.floor;
+        }
     }
-    if (alike) return sum;
+    for (int y = std::max(top, area.top); y < std::min(bottom, area.bottom + 1); ++y) {
+        for (int x = std::max(left, area.left); x < std::min(right, area.right + 1); ++x) {
+            const std::array<const Ray*, 4> around{&at(x, y), &at(x + 1, y), &at(x, y + 1), &at(x + 1, y + 1)};
+            const bool alike = std::all_of(around.begin() + 1, around.end(),
+                                           [&](const Ray* r) { return r->sight.same_faces(around[0]->sight) && r->falls.lamps == around[0]->falls.lamps; });
+            PixelLight& pixel = light[static_cast<std::size_t>(y * width_ + x)];
+            pixel = alike ? PixelLight{(around[0]->light() + around[1]->light() + around[2]->light() + around[3]->light()) / 4, 0, 0}
+                          : edge_light(x, y, around, moving);
+        }
+    }
+    return floor;
+}
+
+/// A pixel in which an edge runs. Only what is not the same in all of its corners is traced again: everything, the shadows' edges on a face,
+/// or the joints between tiles.
+CameraRenderer::PixelLight CameraRenderer::edge_light(int x, int y, const std::array<const Ray*, 4>& corners, const MovingSolids& moving) const {
+    const auto all = [&](auto&& like_first) { return std::all_of(corners.begin(), corners.end(), [&](const Ray* r) { return like_first(*r, *corners[0]); }); };
+    const bool same_faces = all([](const Ray& r, const Ray& first) { return r.sight.same_faces(first.sight); });
+    const bool only_floor = moving.in_view.empty() && all([](const Ray& r, const Ray& first) { return r.sight.floor && r.sight.image == first.sight.image; });
+    int lit = ~0, dark = ~0;  // lamps that all corners see, and that none does
+    for (const Ray* r : corners) {
+        lit &= r->falls.lamps;
+        dark &= ~r->falls.lamps;
+    }
+    const auto within = [&](float u, float v, auto&& of) {
+        const auto value = [&](std::size_t i) { return of(*corners[i]); };
+        using Value = decltype(value(0));
+        return Value((1 - v) * ((1 - u) * value(0) + u * value(1)) + v * ((1 - u) * value(2) + u * value(3)));
+    };
+    const std::uint64_t pixel = static_cast<std::uint64_t>(y * width_ + x + 1) << 32U;  // beyond the corners' numbers
+    const auto light_at = [&](int i, float u, float v) {
+        const std::uint64_t number = pixel + static_cast<std::uint64_t>(i);
+        if (!same_faces && !only_floor) return ray(number, rays_.within(x, y, u, v), moving).light();
+        Sight sight = corners[0]->sight;
+        sight.place = within(u, v, [](const Ray& r) -> Eigen::Vector3f { return r.sight.place; });
+        sight.added = within(u, v, [](const Ray& r) { return r.sight.added; });
+        if (sight.floor) {
+            sight.albedo = tracer_.floor_albedo(sight.place, sight.face);
+        } else {
+            sight.albedo = within(u, v, [](const Ray& r) { return r.sight.albedo; });
+            sight.normal = within(u, v, [](const Ray& r) -> Eigen::Vector3f { return r.sight.normal; }).normalized();
+        }
+        const bool same_lamps = (lit | dark) == ~0;
+        const float falls = same_lamps ? within(u, v, [](const Ray& r) { return r.falls.light; })
+                                       : tracer_.illuminate(moving, sight, mix64(seed_ ^ mix64(number)), {lit, dark}).light;
+        return sight.albedo * falls + sight.added;
+    };
     // Rows of rays would move edges that run along them: no two of the lattice are in one row or column, and each pixel has its own shift.
-    const std::uint64_t shift = mix64(seed_ ^ (pixel + 63));
-    const float right = uniform(shift >> 40U), down = uniform(shift >> 8U);
+    const Eigen::Vector2f shift = two_of(mix64(seed_ ^ mix64(pixel + lattice_points)));
     const auto part = [](float value) { return value - std::floor(value); };
-    sum = {};
-    int surface = 0;
+    PixelLight sum;
     float mean_u = 0, mean_v = 0;
     for (int i = 0; i < lattice_points; ++i) {
-        const float u = part((static_cast<float>(i) + 0.5f) / lattice_points + right);
-        const float v = part((static_cast<float>(i * lattice_step % lattice_points) + 0.5f) / lattice_points + down);
-        const float light = ray(4 + i, u, v, surface) / lattice_points;
+        const float u = part((static_cast<float>(i) + 0.5f) / lattice_points + shift.x());
+        const float v = part((static_cast<float>(i * lattice_step % lattice_points) + 0.5f) / lattice_points + shift.y());
+        const float light = light_at(i, u, v) / lattice_points;
         sum.mean += light;
         sum.right += light * u;
         sum.down += light * v;
@@ -175,7 +240,7 @@ CameraRenderer::Rectangle CameraRenderer::reach(const Solid& s) const {
         const Eigen::Vector3f p = s.centre + offset;
         include(p);
         include({p.x(), p.y(), -p.z()});
-        for (const Lamp& lamp : scene_.lamps) {
+        for (const Lamp& lamp : tracer_.scene().lamps) {
             const float rise = lamp.position.z() - p.z();
             if (rise < 0.2f) continue;
             const Eigen::Vector3f shadow = p + (p - lamp.position) * (p.z() / rise);
@@ -223,12 +288,12 @@ void CameraRenderer::trace_cluster(const Cluster& cluster) const {
     copy_still(area);
     const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
                             area.right < width_ - 1 ? area.right - blur_reach : area.right, area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
-    mark_changed(changed, cluster.solids);
-    const int across = (width_ + cell_size - 1) / cell_size;
-    for (int y = changed.top; y <= changed.bottom; ++y) {
-        for (int x = changed.left; x <= changed.right; ++x) {
-            if (!changed_[static_cast<std::size_t>(y / cell_size * across + x / cell_size)]) continue;
-            traced_[static_cast<std::size_t>(y * width_ + x)] = traced(x, y, cluster.solids);
+    MovingSolids moving = tracer_.with(cluster.solids);
+    mark_changed(changed, moving);
+    for (int j = changed.top / cell_size; j <= changed.bottom / cell_size; ++j) {
+        for (int i = changed.left / cell_size; i <= changed.right / cell_size; ++i) {
+            if (!changed_[static_cast<std::size_t>(j * across_ + i)] || !narrow(i * cell_size, j * cell_size, moving)) continue;
+            trace_cell(i * cell_size, j * cell_size, changed, moving, traced_);
         }
     }
     blur(traced_, area, light_);
@@ -243,7 +308,6 @@ void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::
     Random random(mix64(seed_ * 0x2545f4914f6cdd1dULL + index));
     const double phase = random.uniform(0, 2 * std::numbers::pi);
     const double half_diagonal = 0.25 * (width_ * width_ + height_ * height_);
-    const float inverse_gamma = static_cast<float>(1 / sensor_.gamma);
     for (int y = 0; y < height_; ++y) {
         const double hum = 1 + sensor_.flicker * std::sin(phase + 1.5 * std::numbers::pi * y / height_);
         const double dy = y - 0.5 * height_;
@@ -251,8 +315,8 @@ void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::
             const double dx = x - 0.5 * width_;
             const double falloff = 1 - sensor_.vignetting * (dx * dx + dy * dy) / half_diagonal;
             const float light = light_[static_cast<std::size_t>(y * width_ + x)] * static_cast<float>(gain * hum * falloff * sensor_.exposure);
-            const double grey = 255.0 * static_cast<double>(std::pow(std::max(light, 0.0f), inverse_gamma));
-            frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(grey + random.normal(pixel_noise(sensor_, grey))), 0L, 255L));
+            const double grey = 255.0 * static_cast<double>(gamma_(light));
+            frame.row(y)[x] = whole_grey(grey + random.normal(pixel_noise(sensor_, grey)));
         }
     }
 }

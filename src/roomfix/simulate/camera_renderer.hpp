@@ -1,12 +1,14 @@
 // Pictures of a scene as a real camera would take them: lens, blur, gamma, light changes, noise, 8 bits.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "roomfix/geometry/view.hpp"
 #include "roomfix/imaging/luma.hpp"
 #include "roomfix/simulate/pixel_rays.hpp"
+#include "roomfix/simulate/ray_tracer.hpp"
 #include "roomfix/simulate/scene.hpp"
 #include "roomfix/simulate/sensor.hpp"
 
@@ -33,25 +35,43 @@ private:
     Rectangle reach(const Solid& s) const;
     void find_clusters(const std::vector<Solid>& moving) const;
     void trace_cluster(const Cluster& cluster) const;
-    RayHit centre_ray(int x, int y, const std::vector<Solid>& moving) const;
-    void mark_changed(const Rectangle& area, const std::vector<Solid>& moving) const;
+    /// Narrows `moving` to what matters to the grid cell whose upper left pixel is (x, y). False where the cell looks as without it.
+    bool narrow(int x, int y, MovingSolids& moving) const;
+    /// What the ray through a grid cell's middle meets, and which lamps reach that.
+    struct Surface {
+        int face = 0, image = 0, lamps = 0;
+        bool operator==(const Surface&) const = default;
+    };
+    Surface surface_at(int x, int y, const MovingSolids& moving) const;
+    void mark_changed(const Rectangle& area, MovingSolids& moving) const;
     /// Light that falls on a pixel's square: its mean, and the mean of it times the place in the square, px from the middle.
     struct PixelLight {
         float mean = 0, right = 0, down = 0;
     };
-    PixelLight traced(int x, int y, const std::vector<Solid>& moving) const;
+    struct Ray {
+        Sight sight;
+        Illumination falls;
+        float light() const { return sight.albedo * falls.light + sight.added; }
+    };
+    Ray ray(std::uint64_t number, const Eigen::Vector3f& direction, const MovingSolids& moving) const;
+    /// Traces the pixels of a grid cell within `area`. False where not all rays ended on the floor.
+    bool trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, std::vector<PixelLight>& light) const;
+    PixelLight edge_light(int x, int y, const std::array<const Ray*, 4>& corners, const MovingSolids& moving) const;
     void copy_still(const Rectangle& area) const;
     /// What the optics make of `light`, written to `blurred` within `area`.
     void blur(const std::vector<PixelLight>& light, const Rectangle& area, std::vector<float>& blurred) const;
 
-    Scene scene_;
+    RayTracer tracer_;
     View view_;
     SensorModel sensor_;
+    GammaCurve gamma_;
     std::uint64_t seed_;
     int width_, height_;
-    PixelRays rays_;                  // map frame
-    std::vector<PixelLight> still_;   // light without robots, before the blur
-    std::vector<int> still_surface_;  // what the ray through each grid cell's middle meets
+    int across_, down_;                   // grid cells
+    PixelRays rays_;                      // map frame
+    std::vector<PixelLight> still_;       // light without robots, before the blur
+    std::vector<Surface> still_surface_;  // of each grid cell
+    std::vector<char> still_floor_;       // whether nothing but floor is seen, per grid cell
     std::vector<float> still_blurred_;
     mutable std::vector<PixelLight> traced_;  // with robots, where they are; renders are not meant to run in two threads at once
     mutable std::vector<float> light_;        // the same, blurred

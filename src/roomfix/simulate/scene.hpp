@@ -73,15 +73,4 @@ std::vector<Solid> robot_solids(const Shape& shape, const RobotLook& look, const
 /// Wall panels along polylines of the map.
 std::vector<WallPanel> panels_along(const std::vector<Polyline>& polylines, float height);
 
-/// Light from a point of the scene along a ray.
-struct RayHit {
-    float light = 0;
-    int surface = 0;  // which face was hit and which lamps reach it: equal numbers look alike
-};
-
-/// Follows the ray from `origin` along the unit vector `direction`. `jitter` in [0, 1)^2 picks the point of each lamp that
-/// decides the shadow. `moving` stands in the scene for this ray only.
-RayHit trace(const Scene& scene, const std::vector<Solid>& moving, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
-             const Eigen::Vector2f& jitter);
-
 }  // namespace roomfix

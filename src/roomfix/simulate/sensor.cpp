@@ -8,10 +8,15 @@
 
 namespace roomfix {
 
-double pixel_noise(const SensorModel& sensor, double grey) { return std::sqrt(sensor.read_noise * sensor.read_noise + sensor.shot_noise * grey); }
+GammaCurve::GammaCurve(double gamma) {
+    const std::uint32_t first = std::bit_cast<std::uint32_t>(darkest), last = std::bit_cast<std::uint32_t>(brightest);
+    for (std::uint32_t bits = first; bits <= last + (1U << part_bits); bits += 1U << part_bits) {
+        values_.push_back(static_cast<float>(std::pow(static_cast<double>(std::bit_cast<float>(bits)), 1 / gamma)));
+    }
+}
 
 Sensor::Sensor(int width, int height, const SensorModel& model, const GlareModel& glare, std::uint64_t seed)
-    : width_(width), height_(height), model_(model), glare_(glare), seed_(seed) {}
+    : width_(width), height_(height), model_(model), gamma_(model.gamma), glare_(glare), seed_(seed) {}
 
 void Sensor::blur(std::vector<float>& light) {
     const int reach = std::max(1, static_cast<int>(std::ceil(4 * model_.blur)));
@@ -73,7 +78,7 @@ void Sensor::expose(std::vector<float>& light, double gain) const {
             const double dy = y - 0.5 * height_;
             const double falloff = 1 - model_.vignetting * (dx * dx + dy * dy) / half_diagonal;
             float& at = light[static_cast<std::size_t>(y * width_ + x)];
-            at = 255 * std::pow(std::max(at, 0.0f) * static_cast<float>(gain * falloff * model_.exposure), static_cast<float>(1 / model_.gamma));
+            at = 255 * gamma_(at * static_cast<float>(gain * falloff * model_.exposure));
         }
     }
 }
@@ -88,7 +93,7 @@ void Sensor::take(const std::vector<float>& exposed, std::uint64_t index, LumaIm
             const double grey = hum * static_cast<double>(exposed[static_cast<std::size_t>(y * width_ + x)]);
             // What is beyond the sensor's range is cut off before the noise of the converter.
             const double noise = pixel_noise(model_, std::min(grey, 300.0));
-            frame.row(y)[x] = static_cast<std::uint8_t>(std::clamp(std::lround(std::min(grey, 300.0) + random.normal(noise)), 0L, 255L));
+            frame.row(y)[x] = whole_grey(std::min(grey, 300.0) + random.normal(noise));
         }
     }
 }

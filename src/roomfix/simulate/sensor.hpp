@@ -1,6 +1,9 @@
 // What lens and sensor make of the light: blur, glare, vignetting, gamma, mains hum, noise, 8 bits. Pictures of light are row by row.
 #pragma once
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -25,8 +28,30 @@ struct GlareModel {
     double reach = 9;    // px, ... over about this radius
 };
 
-/// Part of the noise-free picture's change that a pixel's noise leaves: sqrt of the variance of one pixel, grey levels.
-double pixel_noise(const SensorModel& sensor, double grey);
+/// sqrt of the variance of one pixel, grey levels.
+inline double pixel_noise(const SensorModel& sensor, double grey) { return std::sqrt(sensor.read_noise * sensor.read_noise + sensor.shot_noise * grey); }
+
+/// The nearest grey level that there is.
+inline std::uint8_t whole_grey(double grey) { return static_cast<std::uint8_t>(std::clamp(grey + 0.5, 0.0, 255.0)); }
+
+/// light^(1 / gamma), from a table with straight lines between its places: off by less than 2e-7 of the value.
+class GammaCurve {
+public:
+    explicit GammaCurve(double gamma);
+    /// From 2^-24 to 16; below is dark, above is as 16.
+    float operator()(float light) const {
+        if (!(light > darkest)) return 0;
+        const std::uint32_t bits = std::bit_cast<std::uint32_t>(std::min(light, brightest)) - std::bit_cast<std::uint32_t>(darkest);
+        const float part = static_cast<float>(bits & ((1U << part_bits) - 1)) * (1.0f / (1U << part_bits));
+        const float* value = &values_[bits >> part_bits];
+        return value[0] + part * (value[1] - value[0]);
+    }
+
+private:
+    static constexpr float darkest = 0x1p-24f, brightest = 16;
+    static constexpr int part_bits = 14;  // of a float's 23: 512 places from each power of two to the next
+    std::vector<float> values_;
+};
 
 /// Lens and sensor of one camera.
 class Sensor {
@@ -45,6 +70,7 @@ public:
 private:
     int width_, height_;
     SensorModel model_;
+    GammaCurve gamma_;
     GlareModel glare_;
     std::uint64_t seed_;
     std::vector<float> work_;

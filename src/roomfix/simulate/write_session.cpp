@@ -9,6 +9,7 @@
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/time.hpp"
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/simulate/scenario_renderer.hpp"
 #include "roomfix/site/site_text.hpp"
 
 namespace roomfix {
@@ -70,17 +71,9 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     if (fs::exists(folder / "site.yaml", failure)) {
         return Error{fmt::format("{}: there is a session already: choose another folder or remove it", folder.string())};
     }
-    for (const ScenarioCamera& camera : scenario.cameras) {
-        fs::create_directories(folder / "frames" / camera.id, failure);
-        fs::create_directories(folder / "background" / camera.id, failure);
-        if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
-    }
-    for (const ScenarioUpCamera& camera : scenario.up_cameras) {
-        fs::create_directories(folder / "frames" / camera.id, failure);
-        if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
-    }
-    for (const ScenarioEye& eye : scenario.eyes) {
-        fs::create_directories(folder / "frames" / eye.id, failure);
+    for (std::size_t i = 0; i < camera_count(scenario); ++i) {
+        fs::create_directories(folder / "frames" / camera_id(scenario, i), failure);
+        if (!failure && i < scenario.cameras.size()) fs::create_directories(folder / "background" / camera_id(scenario, i), failure);
         if (failure) return Error{fmt::format("{}: cannot be made: {}", folder.string(), failure.message())};
     }
     if (auto written = write_text(folder / "site.yaml", site_text(scenario.site)); !written) return written;
@@ -101,48 +94,21 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     if (auto written = write_ranges(scenario, folder, duration, options.seed); !written) return written;
     if (auto written = write_odometry(scenario, folder, duration, options.seed); !written) return written;
 
-    const double total = static_cast<double>(scenario.cameras.size()) * (frames + options.background_frames) +
-                         static_cast<double>(scenario.up_cameras.size() + scenario.eyes.size()) * frames;
+    const double total = static_cast<double>(scenario.cameras.size()) * options.background_frames + static_cast<double>(camera_count(scenario)) * frames;
     double done = 0;
     LumaImage frame;
-    for (std::size_t c = 0; c < scenario.cameras.size(); ++c) {
-        const ScenarioCamera& camera = scenario.cameras[c];
-        const CameraRenderer renderer(scenario.scene, camera.truth, camera.sensor, options.seed * 31 + c);
-        for (int i = 0; i < options.background_frames; ++i, ++done) {
-            renderer.render({}, light_at(-0.1 * i, options.seed + c), 1'000'000 + static_cast<std::uint64_t>(i), frame);
-            if (auto written = write_frame(folder / "background" / camera.id, from_seconds(0.1 * i), frame, options.png); !written) return written;
+    for (std::size_t c = 0; c < camera_count(scenario); ++c) {
+        const std::string& id = camera_id(scenario, c);
+        ScenarioRenderer renderer(scenario, c, options.seed);
+        for (int i = 0; i < options.background_frames && c < scenario.cameras.size(); ++i, ++done) {
+            renderer.render_empty(static_cast<std::uint64_t>(i), frame);
+            if (auto written = write_frame(folder / "background" / id, from_seconds(0.1 * i), frame, options.png); !written) return written;
             if (progress) progress(done / total);
         }
         for (int i = 0; i < frames; ++i, ++done) {
             const double time = i / scenario.frame_rate;
-            std::vector<Solid> solids;
-            for (const ScenarioRobot& robot : scenario.robots) {
-                const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
-                solids.insert(solids.end(), parts.begin(), parts.end());
-            }
-            renderer.render(solids, light_at(time, options.seed + c), static_cast<std::uint64_t>(i), frame);
-            if (auto written = write_frame(folder / "frames" / camera.id, from_seconds(time), frame, options.png); !written) return written;
-            if (progress) progress(done / total);
-        }
-    }
-    for (std::size_t c = 0; c < scenario.up_cameras.size(); ++c) {
-        const ScenarioUpCamera& camera = scenario.up_cameras[c];
-        CeilingRenderer renderer(camera.truth.model, camera.sensor, camera.glare, options.seed * 37 + c);
-        for (int i = 0; i < frames; ++i, ++done) {
-            const double time = i / scenario.frame_rate;
-            const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
-            renderer.render(scenario.ceiling, map_from_camera, light_at(time, options.seed + 50 + c), static_cast<std::uint64_t>(i), frame);
-            if (auto written = write_frame(folder / "frames" / camera.id, from_seconds(time), frame, options.png); !written) return written;
-            if (progress) progress(done / total);
-        }
-    }
-    for (std::size_t c = 0; c < scenario.eyes.size(); ++c) {
-        const ScenarioEye& eye = scenario.eyes[c];
-        RoomRenderer renderer(eye.truth.model, eye.sensor, eye.glare, options.seed * 41 + c);
-        for (int i = 0; i < frames; ++i, ++done) {
-            const double time = i / scenario.frame_rate;
-            renderer.render(scenario.room, eye_pose(scenario, eye, time), light_at(time, options.seed + 80 + c), static_cast<std::uint64_t>(i), frame);
-            if (auto written = write_frame(folder / "frames" / eye.id, from_seconds(time), frame, options.png); !written) return written;
+            renderer.render(time, static_cast<std::uint64_t>(i), frame);
+            if (auto written = write_frame(folder / "frames" / id, from_seconds(time), frame, options.png); !written) return written;
             if (progress) progress(done / total);
         }
     }

@@ -1,0 +1,62 @@
+#include "roomfix/simulate/scenario_renderer.hpp"
+
+namespace roomfix {
+namespace {
+
+using Renderer = std::variant<CameraRenderer, CeilingRenderer, RoomRenderer>;
+
+Renderer renderer_of(const Scenario& scenario, std::size_t camera, std::uint64_t seed, double turned) {
+    const std::size_t fixed = scenario.cameras.size(), ups = scenario.up_cameras.size();
+    if (camera < fixed) {
+        View view = scenario.cameras[camera].truth;
+        view.map_from_camera.pose.linear() = exponential_rotation({0, 0, turned}) * view.map_from_camera.pose.linear();
+        return CameraRenderer(scenario.scene, view, scenario.cameras[camera].sensor, seed * 31 + camera);
+    }
+    if (camera < fixed + ups) {
+        const ScenarioUpCamera& up = scenario.up_cameras[camera - fixed];
+        return CeilingRenderer(up.truth.model, up.sensor, up.glare, seed * 37 + camera - fixed);
+    }
+    const ScenarioEye& eye = scenario.eyes[camera - fixed - ups];
+    return RoomRenderer(eye.truth.model, eye.sensor, eye.glare, seed * 41 + camera - fixed - ups);
+}
+
+}  // namespace
+
+std::size_t camera_count(const Scenario& scenario) { return scenario.cameras.size() + scenario.up_cameras.size() + scenario.eyes.size(); }
+
+const std::string& camera_id(const Scenario& scenario, std::size_t camera) {
+    const std::size_t fixed = scenario.cameras.size(), ups = scenario.up_cameras.size();
+    if (camera < fixed) return scenario.cameras[camera].id;
+    return camera < fixed + ups ? scenario.up_cameras[camera - fixed].id : scenario.eyes[camera - fixed - ups].id;
+}
+
+ScenarioRenderer::ScenarioRenderer(const Scenario& scenario, std::size_t camera, std::uint64_t seed, double turned)
+    : scenario_(scenario), number_(camera), seed_(seed), renderer_(renderer_of(scenario, camera, seed, turned)) {
+    if (renderer_.index() > 0) number_ -= scenario.cameras.size();
+    if (renderer_.index() > 1) number_ -= scenario.up_cameras.size();
+}
+
+void ScenarioRenderer::render(double time, std::uint64_t index, LumaImage& frame) {
+    if (const auto* fixed = std::get_if<CameraRenderer>(&renderer_)) {
+        std::vector<Solid> solids;
+        for (const ScenarioRobot& robot : scenario_.robots) {
+            const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
+            solids.insert(solids.end(), parts.begin(), parts.end());
+        }
+        fixed->render(solids, light_at(time, seed_ + number_), index, frame);
+    } else if (auto* up = std::get_if<CeilingRenderer>(&renderer_)) {
+        const ScenarioUpCamera& camera = scenario_.up_cameras[number_];
+        const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario_.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
+        up->render(scenario_.ceiling, map_from_camera, light_at(time, seed_ + 50 + number_), index, frame);
+    } else {
+        const Eigen::Isometry3d map_from_camera = eye_pose(scenario_, scenario_.eyes[number_], time);
+        std::get<RoomRenderer>(renderer_).render(scenario_.room, map_from_camera, light_at(time, seed_ + 80 + number_), index, frame);
+    }
+}
+
+void ScenarioRenderer::render_empty(std::uint64_t index, LumaImage& frame) {
+    constexpr std::uint64_t empty_pictures = 1'000'000;  // their numbers: none of those with robots has the same noise
+    std::get<CameraRenderer>(renderer_).render({}, light_at(-0.1 * static_cast<double>(index), seed_ + number_), empty_pictures + index, frame);
+}
+
+}  // namespace roomfix
