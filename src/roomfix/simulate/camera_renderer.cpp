@@ -11,9 +11,13 @@ namespace roomfix {
 namespace {
 
 constexpr int blur_reach = 4;
-constexpr int cell_size = 4;        // px: one ray per cell finds out whether a robot or its shadow is there
-constexpr int lattice_points = 32;  // rays through a pixel in which an edge runs
-constexpr int lattice_step = 13;
+constexpr int cell_size = 4;  // px: one ray per cell finds out whether a robot or its shadow is there
+/// Rays through a pixel in which an edge runs: no two of the lattice are in one row or column.
+struct Lattice {
+    int points, step;
+};
+constexpr Lattice face_lattice{32, 13};
+constexpr Lattice shadow_lattice{16, 7};    // shadows are soft: their edges need less
 constexpr int margin = 2 * blur_reach + 1;  // px around what changes: the blur's reach, and as much again to join the parts
 
 std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
@@ -67,10 +71,10 @@ CameraRenderer::Surface CameraRenderer::surface_at(int x, int y, const MovingSol
     return {sight.face, sight.image, tracer_.illuminate(moving, sight, 0).lamps};
 }
 
-bool CameraRenderer::narrow(int x, int y, MovingSolids& moving) const {
+bool CameraRenderer::narrow(int x, int y, int size, MovingSolids& moving) const {
     const std::size_t stride = rays_.stride(), top = rays_.corner(x, y);
-    const auto right = static_cast<std::size_t>(std::min(cell_size, width_ - x));
-    const std::size_t bottom = top + stride * static_cast<std::size_t>(std::min(cell_size, height_ - y));
+    const auto right = static_cast<std::size_t>(std::min(size, width_ - x));
+    const std::size_t bottom = top + stride * static_cast<std::size_t>(std::min(size, height_ - y));
     const auto& corners = rays_.corners();
     tracer_.narrow(view_.position().cast<float>(), {corners[top], corners[top + right], corners[bottom], corners[bottom + right]}, moving);
     moving.walls = !still_floor_[static_cast<std::size_t>(y / cell_size * across_ + x / cell_size)];
@@ -79,24 +83,35 @@ bool CameraRenderer::narrow(int x, int y, MovingSolids& moving) const {
 
 /// Marks the grid cells of `area` that look different with `moving` in the scene, and their neighbours.
 void CameraRenderer::mark_changed(const Rectangle& area, MovingSolids& moving) const {
+    constexpr int block = 8;  // cells: most blocks have nothing to do with what moves
     changed_.assign(static_cast<std::size_t>(across_ * down_), 0);
-    for (int j = area.top / cell_size; j <= area.bottom / cell_size; ++j) {
-        for (int i = area.left / cell_size; i <= area.right / cell_size; ++i) {
-            if (!narrow(i * cell_size, j * cell_size, moving)) continue;
-            if (surface_at(i * cell_size, j * cell_size, moving) == still_surface_[static_cast<std::size_t>(j * across_ + i)]) continue;
-            for (int v = std::max(j - 1, 0); v <= std::min(j + 1, down_ - 1); ++v) {
-                for (int u = std::max(i - 1, 0); u <= std::min(i + 1, across_ - 1); ++u) changed_[static_cast<std::size_t>(v * across_ + u)] = 1;
+    const auto look = [&](int i, int j) {
+        if (!narrow(i * cell_size, j * cell_size, cell_size, moving)) return;
+        if (surface_at(i * cell_size, j * cell_size, moving) == still_surface_[static_cast<std::size_t>(j * across_ + i)]) return;
+        for (int v = std::max(j - 1, 0); v <= std::min(j + 1, down_ - 1); ++v) {
+            for (int u = std::max(i - 1, 0); u <= std::min(i + 1, across_ - 1); ++u) changed_[static_cast<std::size_t>(v * across_ + u)] = 1;
+        }
+    };
+    const int right = area.right / cell_size, bottom = area.bottom / cell_size;
+    for (int top = area.top / cell_size; top <= bottom; top += block) {
+        for (int left = area.left / cell_size; left <= right; left += block) {
+            narrow(left * cell_size, top * cell_size, block * cell_size, moving);
+            const bool nothing = moving.none();
+            for (int j = top; j <= std::min(top + block - 1, bottom); ++j) {
+                for (int i = left; i <= std::min(left + block - 1, right); ++i) {
+                    if (!nothing || !still_floor_[static_cast<std::size_t>(j * across_ + i)]) look(i, j);
+                }
             }
         }
     }
 }
 
-/// A ray from the camera; its number decides on the lamps' points. Dark where the lens sees nothing.
-CameraRenderer::Ray CameraRenderer::ray(std::uint64_t number, const Eigen::Vector3f& direction, const MovingSolids& moving) const {
+/// A ray from the camera. Dark where the lens sees nothing.
+CameraRenderer::Ray CameraRenderer::ray(std::uint64_t jitter, const Eigen::Vector3f& direction, const MovingSolids& moving) const {
     Ray ray;
     if (direction.isZero()) return ray;
     ray.sight = tracer_.look(moving, view_.position().cast<float>(), direction.normalized());
-    ray.falls = tracer_.illuminate(moving, ray.sight, mix64(seed_ ^ mix64(number)));
+    ray.falls = tracer_.illuminate(moving, ray.sight, jitter);
     return ray;
 }
 
@@ -109,7 +124,7 @@ bool CameraRenderer::trace_cell(int left, int top, const Rectangle& area, const 
     for (int y = top; y <= bottom; ++y) {
         for (int x = left; x <= right; ++x) {
             const std::size_t number = rays_.corner(x, y);
-            at(x, y) = ray(number, rays_.corners()[number], moving);
+            at(x, y) = ray(mix64(seed_ ^ mix64(number)), rays_.corners()[number], moving);
             floor &= at(x, y).sight.floor;
         }
     }
@@ -142,10 +157,11 @@ CameraRenderer::PixelLight CameraRenderer::edge_light(int x, int y, const std::a
         using Value = decltype(value(0));
         return Value((1 - v) * ((1 - u) * value(0) + u * value(1)) + v * ((1 - u) * value(2) + u * value(3)));
     };
-    const std::uint64_t pixel = static_cast<std::uint64_t>(y * width_ + x + 1) << 32U;  // beyond the corners' numbers
+    const Lattice lattice = same_faces ? shadow_lattice : face_lattice;
+    const std::uint64_t bits = mix64(seed_ ^ mix64(static_cast<std::uint64_t>(y * width_ + x + 1) << 32U));  // beyond the corners' numbers
     const auto light_at = [&](int i, float u, float v) {
-        const std::uint64_t number = pixel + static_cast<std::uint64_t>(i);
-        if (!same_faces && !only_floor) return ray(number, rays_.within(x, y, u, v), moving).light();
+        const std::uint64_t jitter = bits + static_cast<std::uint64_t>(i) * (RayTracer::lamp_points / static_cast<std::uint64_t>(lattice.points));
+        if (!same_faces && !only_floor) return ray(jitter, rays_.within(x, y, u, v), moving).light();
         Sight sight = corners[0]->sight;
         sight.place = within(u, v, [](const Ray& r) -> Eigen::Vector3f { return r.sight.place; });
         sight.added = within(u, v, [](const Ray& r) { return r.sight.added; });
@@ -156,24 +172,25 @@ CameraRenderer::PixelLight CameraRenderer::edge_light(int x, int y, const std::a
             sight.normal = within(u, v, [](const Ray& r) -> Eigen::Vector3f { return r.sight.normal; }).normalized();
         }
         const bool same_lamps = (lit | dark) == ~0;
-        const float falls = same_lamps ? within(u, v, [](const Ray& r) { return r.falls.light; })
-                                       : tracer_.illuminate(moving, sight, mix64(seed_ ^ mix64(number)), {lit, dark}).light;
+        const float falls =
+            same_lamps ? within(u, v, [](const Ray& r) { return r.falls.light; }) : tracer_.illuminate(moving, sight, jitter, {lit, dark}).light;
         return sight.albedo * falls + sight.added;
     };
-    // Rows of rays would move edges that run along them: no two of the lattice are in one row or column, and each pixel has its own shift.
-    const Eigen::Vector2f shift = two_of(mix64(seed_ ^ mix64(pixel + lattice_points)));
+    // Rows of rays would move edges that run along them, and so would one lattice for all: each pixel has its own shift.
+    const Eigen::Vector2f shift = two_of(bits);
     const auto part = [](float value) { return value - std::floor(value); };
+    const auto count = static_cast<float>(lattice.points);
     PixelLight sum;
     float mean_u = 0, mean_v = 0;
-    for (int i = 0; i < lattice_points; ++i) {
-        const float u = part((static_cast<float>(i) + 0.5f) / lattice_points + shift.x());
-        const float v = part((static_cast<float>(i * lattice_step % lattice_points) + 0.5f) / lattice_points + shift.y());
-        const float light = light_at(i, u, v) / lattice_points;
+    for (int i = 0; i < lattice.points; ++i) {
+        const float u = part((static_cast<float>(i) + 0.5f) / count + shift.x());
+        const float v = part((static_cast<float>(i * lattice.step % lattice.points) + 0.5f) / count + shift.y());
+        const float light = light_at(i, u, v) / count;
         sum.mean += light;
         sum.right += light * u;
         sum.down += light * v;
-        mean_u += u / lattice_points;
-        mean_v += v / lattice_points;
+        mean_u += u / count;
+        mean_v += v / count;
     }
     // The lattice's own middle is not quite the pixel's: even light has none of these.
     sum.right -= sum.mean * mean_u;
@@ -292,7 +309,7 @@ void CameraRenderer::trace_cluster(const Cluster& cluster) const {
     mark_changed(changed, moving);
     for (int j = changed.top / cell_size; j <= changed.bottom / cell_size; ++j) {
         for (int i = changed.left / cell_size; i <= changed.right / cell_size; ++i) {
-            if (!changed_[static_cast<std::size_t>(j * across_ + i)] || !narrow(i * cell_size, j * cell_size, moving)) continue;
+            if (!changed_[static_cast<std::size_t>(j * across_ + i)] || !narrow(i * cell_size, j * cell_size, cell_size, moving)) continue;
             trace_cell(i * cell_size, j * cell_size, changed, moving, traced_);
         }
     }

@@ -35,8 +35,8 @@ private:
     Rectangle reach(const Solid& s) const;
     void find_clusters(const std::vector<Solid>& moving) const;
     void trace_cluster(const Cluster& cluster) const;
-    /// Narrows `moving` to what matters to the grid cell whose upper left pixel is (x, y). False where the cell looks as without it.
-    bool narrow(int x, int y, MovingSolids& moving) const;
+    /// Narrows `moving` to what matters to the square of `size` pixels below and right of (x, y). False where a grid cell looks as without it.
+    bool narrow(int x, int y, int size, MovingSolids& moving) const;
     /// What the ray through a grid cell's middle meets, and which lamps reach that.
     struct Surface {
         int face = 0, image = 0, lamps = 0;
@@ -53,7 +53,7 @@ private:
         Illumination falls;
         float light() const { return sight.albedo * falls.light + sight.added; }
     };
-    Ray ray(std::uint64_t number, const Eigen::Vector3f& direction, const MovingSolids& moving) const;
+    Ray ray(std::uint64_t jitter, const Eigen::Vector3f& direction, const MovingSolids& moving) const;
     /// Traces the pixels of a grid cell within `area`. False where not all rays ended on the floor.
     bool trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, std::vector<PixelLight>& light) const;
     PixelLight edge_light(int x, int y, const std::array<const Ray*, 4>& corners, const MovingSolids& moving) const;

@@ -24,7 +24,6 @@ struct RayTracer::Hit {
 namespace {
 
 constexpr std::size_t at_once = 16;  // walls and lamps are looked at in lots of this many
-constexpr int disc_points = 1024;
 constexpr std::size_t lamp_bits = 16;
 constexpr float nearest = 1e-4f;      // m
 constexpr float least_light = 0.01f;  // of a lamp's, to count
@@ -177,8 +176,9 @@ RayTracer::RayTracer(const Scene& scene) : scene_(scene), furniture_(scene.furni
     }
     const std::size_t filled = (scene.lamps.size() + 3) / 4 * 4;
     for (std::vector<float>* values : {&lamp_x_, &lamp_y_, &lamp_z_, &lamp_radius_, &lamp_power_}) values->resize(filled, 0.0f);
-    for (int i = 0; i < disc_points; ++i) {
-        const double radius = std::sqrt((i + 0.5) / disc_points), angle = i * std::numbers::pi * (3 - std::sqrt(5.0));  // as a sunflower's seeds
+    for (std::uint64_t i = 0; i < lamp_points; ++i) {
+        const double number = static_cast<double>(i), radius = std::sqrt((number + 0.5) / lamp_points),
+                     angle = number * std::numbers::pi * (3 - std::sqrt(5.0));  // as a sunflower's seeds
         disc_.push_back(Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)).cast<float>());
     }
 }
@@ -268,7 +268,7 @@ Illumination RayTracer::illuminate(const MovingSolids& moving, const Sight& sigh
     if (sight.face == 0) return {};
     const Vector3f &p = sight.place, &n = sight.normal;
     Illumination sum{scene_.ambient, 0};
-    const Vector2f on_disc = disc_[jitter % disc_points];
+    const Vector2f on_disc = disc_[jitter % lamp_points];
     const std::size_t count = scene_.lamps.size();
     std::array<float, at_once> x, y, z, distance, cosine, arriving;
     for (std::size_t start = 0; start < count; start += at_once) {

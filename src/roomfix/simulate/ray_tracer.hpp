@@ -61,7 +61,8 @@ public:
     const Scene& scene() const { return scene_; }
     /// Follows the ray from `origin` along the unit vector `direction`. `moving` stands in the scene for this ray only.
     Sight look(const MovingSolids& moving, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const;
-    /// `jitter` picks the point of each lamp that decides the shadow.
+    /// `jitter` modulo `lamp_points` picks the point of each lamp that decides the shadow; points that are numbered at even steps cover it evenly.
+    static constexpr std::uint64_t lamp_points = 1024;
     Illumination illuminate(const MovingSolids& moving, const Sight& sight, std::uint64_t jitter, const KnownLamps& known = {}) const;
     /// Of the floor at a place, and which tile it is.
     float floor_albedo(const Eigen::Vector3f& place, int& tile) const;
