@@ -54,13 +54,16 @@ const Problem* problem_with(const LoadedSite& loaded, const std::string& words) 
 TEST(LoadSite, ACornersMouldingIsReadAndWrittenBack) {
     const LoadedSite plain = parse_site(good, "/somewhere");
     ASSERT_TRUE(plain.usable());
-    EXPECT_EQ(plain.site.corners.at(0).moulding, 0);
+    EXPECT_FALSE(plain.site.corners.at(0).moulding);
     const LoadedSite loaded = parse_site(with(good, "yaw_deg: 0}\n", "yaw_deg: 0, moulding: 0.08}\n"), "/somewhere");
     ASSERT_TRUE(loaded.usable());
     EXPECT_EQ(loaded.site.corners.at(0).moulding, 0.08);
     const LoadedSite again = parse_site(site_text(loaded.site), "/somewhere");
     ASSERT_TRUE(again.usable());
     EXPECT_EQ(again.site.corners.at(0).moulding, 0.08);
+    const LoadedSite none = parse_site(with(good, "yaw_deg: 0}\n", "yaw_deg: 0, moulding: 0}\n"), "/somewhere");
+    ASSERT_TRUE(none.usable());
+    EXPECT_EQ(parse_site(site_text(none.site), "/somewhere").site.corners.at(0).moulding, 0) << "stated that there is none";
 }
 
 TEST(LoadSite, ReadsEverything) {
@@ -142,7 +145,6 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"position: [0, 0, 2.7]", "position: [0, 0]", "list of 3 numbers"},
         {"nw: {position: [0, 0, 2.7], yaw_deg: 0}", "nw: {yaw_deg: 0}", "needs the key 'position'"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, angle_deg: 180}\n", "between 20 and 160"},
-        {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: 0}\n", "corners.nw.moulding"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: -0.08}\n", "corners.nw.moulding"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: 8}\n", "corners.nw.moulding"},
         {"    mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}\n", "    height: 2.7\n    robot: r1\n", "must be below the ceiling"},

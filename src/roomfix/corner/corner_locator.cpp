@@ -85,7 +85,7 @@ Result<CornerLocator> CornerLocator::for_camera(const Site& site, const SiteCame
     if (site.corners.empty())
         return Error{fmt::format("camera {} looks for corners, but the site has none: measure one and add it under 'corners'", camera.id)};
     for (const SiteCorner& corner : site.corners) {
-        if (corner.position.z() - corner.moulding <= height) {
+        if (corner.lower_edge() <= height) {
             return Error{fmt::format("corner {} is {} m high and camera {} is {} m high: the camera must be below the ceiling and its mouldings", corner.id,
                                      corner.position.z(), camera.id, height)};
         }
@@ -122,7 +122,7 @@ CornerHints CornerLocator::expected(const CameraHints& hints) const {
     const View view{camera_.model, {map_from_camera, Matrix6d::Zero()}};
     for (const SiteCorner& measured : site_.corners) {
         SiteCorner corner = measured;
-        corner.position.z() -= measured.moulding;  // where the edge between the walls ends
+        corner.position.z() = measured.lower_edge();  // where the edge between the walls ends
         const Eigen::Vector2d to_corner = corner.position.head<2>() - map_from_camera.translation().head<2>();
         const auto pixel = project_map_point(view, corner.position);
         if (!pixel || !camera_.model.contains(*pixel, 6) || hidden(site_.walls, map_from_camera, corner)) continue;

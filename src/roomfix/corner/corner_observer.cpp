@@ -203,9 +203,7 @@ void CornerObserver::add_readings(const CornerFit& fit, double wall_angle, const
     seen.other_rise_sigma = moulding->rise_sigma;
     if (moulding->one_wall) {
         // The three edges need not meet in a point: taking them for a corner's turns the view by about as much as the moulding's edges are apart.
-        const double turned = moulding->rise * moulding->rise;
-        seen.covariance.diagonal().head<3>().array() += turned;
-        seen.covariance.diagonal().tail<2>().array() += turned * (1 + fit.view.place.squaredNorm());
+        seen.one_wall_turn = moulding->rise * moulding->rise;
     }
     CornerObservation other = other_reading(seen, *moulding);
     seen.weight *= settings_.read_is_measured;

@@ -38,6 +38,7 @@ CornerObservation other_reading(const CornerObservation& seen, const SeenMouldin
     other.part = seen.part == MouldingEdge::lower ? MouldingEdge::upper : MouldingEdge::lower;
     const double spread = moulding.rise_sigma * scale;
     other.covariance.bottomRightCorner<2, 2>() += spread * spread * other.view.place * other.view.place.transpose();
+    other.read = false;
     other.other_rise = -moulding.rise * scale;
     other.other_rise_sigma = spread;
     return other;

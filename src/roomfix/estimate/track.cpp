@@ -208,7 +208,7 @@ std::optional<Surprise> take_corners(Belief& belief, const CornerSighting& seen,
             const SiteCorner& corner = models.site.corners[k];
             if (std::abs(corner.wall_angle - observation.wall_angle) > 0.01) continue;
             const double distance = corner.position.z() - camera.camera.robot_from_camera.pose.translation().z();
-            if (!(distance > corner.moulding)) continue;
+            if (!(distance > corner.moulding.value_or(0))) continue;
             for (const CornerReading& reading : readings_of(observation, corner.moulding, distance)) {
                 Belief tried = before;
                 const Doubt doubt{models.settings.outliers, models.settings.gate + 10, -std::log(8 * std::numbers::pi * std::numbers::pi * 25)};

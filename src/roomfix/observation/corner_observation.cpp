@@ -18,12 +18,20 @@ CornerObservation at_distance(CornerObservation seen, double scale) {
     return seen;
 }
 
-FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, double moulding, double distance) {
+FixedList<CornerReading, 2> readings_of(const CornerObservation& observed, const std::optional<double>& stated, double distance) {
     FixedList<CornerReading, 2> readings;
-    if (moulding <= 0) {
+    if (stated == 0) {
+        if (observed.read) readings.push_back({observed, 0, 1});
+        return readings;
+    }
+    CornerObservation seen = observed;
+    seen.covariance.diagonal().head<3>().array() += seen.one_wall_turn;
+    seen.covariance.diagonal().tail<2>().array() += seen.one_wall_turn * (1 + seen.view.place.squaredNorm());
+    if (!stated) {
         readings.push_back({seen, 0, 1});
         return readings;
     }
+    const double moulding = *stated;
     const auto read_at = [&](double depth, double weight) { readings.push_back({at_distance(seen, distance / (distance - depth)), depth, weight}); };
     const double depth = seen.part == MouldingEdge::lower ? moulding : 0;
     const double height = std::abs(seen.other_rise) * (distance - depth);

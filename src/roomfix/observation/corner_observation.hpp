@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <numbers>
+#include <optional>
 
 #include "roomfix/base/fixed_list.hpp"
 #include "roomfix/geometry/camera_model.hpp"
@@ -50,6 +51,8 @@ struct CornerObservation {
     int sighting = 0;
     MouldingEdge part = MouldingEdge::none_seen;
     double other_rise = 0, other_rise_sigma = 0;
+    bool read = true;           // false of the corner that was not read itself
+    double one_wall_turn = 0;   // rad^2: had the moulding been along one wall only, the three edges would not meet, and the view be turned
 
     /// With what is not known of the intrinsics.
     Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const;
@@ -64,8 +67,8 @@ struct CornerReading {
     double depth = 0;   // m: of what was read below the site's corner
     double weight = 1;  // among the readings
 };
-/// What was read may be either corner of a moulding whose height the site states (m; 0: it states none, and its corner is what was read). `distance`: from
-/// the camera up to the site's corner, m; more than the moulding's height.
-FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, double moulding, double distance);
+/// What was read may be either corner of a moulding whose height the site states (m). Where it states nothing, its corner is what was read; where it states
+/// that there is none (0), nothing beside the edges counts. `distance`: from the camera up to the site's corner, m; more than the moulding's height.
+FixedList<CornerReading, 2> readings_of(const CornerObservation& seen, const std::optional<double>& moulding, double distance);
 
 }  // namespace roomfix

@@ -155,6 +155,7 @@ void add_room(Scenario& scenario) {
                     {"se", {right, low, height}, radians(90)},
                     {"ne", {right, high, height}, radians(180)},
                     {"nw", {left, high, height}, radians(-90)}};
+    for (SiteCorner& corner : site.corners) corner.moulding = 0;
     site.beacons.push_back({"b1", {15.2, 5.5, 2.4}, ""});
     site.beacons.push_back({"b2", {19.3, 8.9, 2.4}, ""});
     ScenarioRobot scout;

@@ -38,6 +38,7 @@ struct ScenarioRobot {
     double speed = 0.4;                 // m/s
     double start = 0;                   // m along the path at time 0
     double spin = 0;                    // rad/s, of a robot whose path is one point
+    double until = 1e9;                 // s: then it is carried out of the building
     WheelModel wheels;                  // of a robot with odometry
 };
 
@@ -66,6 +67,7 @@ struct Scenario {
     Scene scene;
     std::vector<ScenarioCamera> cameras;
     std::vector<ScenarioRobot> robots;
+    std::vector<ScenarioRobot> others;  // people and things that the fixed cameras see, too; `unknown` in the truth
     CeilingScene ceiling;  // what the cameras that look up see
     std::vector<ScenarioUpCamera> up_cameras;
     RoomScene room;  // what the cameras that look for corners see

@@ -39,9 +39,12 @@ ScenarioRenderer::ScenarioRenderer(const Scenario& scenario, std::size_t camera,
 void ScenarioRenderer::render(double time, std::uint64_t index, LumaImage& frame) {
     if (const auto* fixed = std::get_if<CameraRenderer>(&renderer_)) {
         std::vector<Solid> solids;
-        for (const ScenarioRobot& robot : scenario_.robots) {
-            const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
-            solids.insert(solids.end(), parts.begin(), parts.end());
+        for (const auto* group : {&scenario_.robots, &scenario_.others}) {
+            for (const ScenarioRobot& robot : *group) {
+                if (time >= robot.until) continue;
+                const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
+                solids.insert(solids.end(), parts.begin(), parts.end());
+            }
         }
         fixed->render(solids, light_at(time, seed_ + number_), index, frame);
     } else if (auto* up = std::get_if<CeilingRenderer>(&renderer_)) {

@@ -33,7 +33,7 @@ Result<void> write_frame(const fs::path& folder, Nanoseconds time, const LumaIma
 Result<void> write_ranges(const Scenario& scenario, const fs::path& folder, double duration, std::uint64_t seed) {
     std::vector<RangeObservation> ranges;
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
-        const auto heard = heard_ranges(scenario, r, 0, duration, seed);
+        const auto heard = heard_ranges(scenario, r, 0, std::min(duration, scenario.robots[r].until), seed);
         ranges.insert(ranges.end(), heard.begin(), heard.end());
     }
     if (ranges.empty()) return {};
@@ -51,7 +51,7 @@ Result<void> write_odometry(const Scenario& scenario, const fs::path& folder, do
     std::vector<std::pair<WheelPose, std::string>> poses;
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
         if (!scenario.robots[r].robot.odometry) continue;
-        for (const WheelPose& pose : wheels_of(scenario, r, seed).until(duration)) poses.emplace_back(pose, scenario.robots[r].robot.id);
+        for (const WheelPose& pose : wheels_of(scenario, r, seed).until(std::min(duration, scenario.robots[r].until))) poses.emplace_back(pose, scenario.robots[r].robot.id);
     }
     if (poses.empty()) return {};
     std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.first.time < b.first.time; });
@@ -81,12 +81,17 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
     const double duration = options.duration > 0 ? options.duration : scenario.duration;
     const int frames = std::max(1, static_cast<int>(std::lround(duration * scenario.frame_rate)));
     std::string truth = "time,robot,x,y,yaw\n";
+    const auto add_truth = [&](double time, const std::string& name, const Pose2& pose) {
+        truth += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(time)), name, number_text(pose.x), number_text(pose.y), number_text(pose.yaw));
+    };
     for (int i = 0; i < frames; ++i) {
         const double time = i / scenario.frame_rate;
         for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
-            const Pose2 pose = true_pose(scenario, r, time);
-            truth += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(time)), scenario.robots[r].robot.id, number_text(pose.x), number_text(pose.y),
-                                 number_text(pose.yaw));
+            if (time < scenario.robots[r].until) add_truth(time, scenario.robots[r].robot.id, true_pose(scenario, r, time));
+        }
+        for (std::size_t thing = 0; thing < scenario.others.size(); ++thing) {
+            const ScenarioRobot& other = scenario.others[thing];
+            if (time < other.until) add_truth(time, fmt::format("unknown-{}", thing + 1), robot_pose(other, time));
         }
     }
     if (auto written = write_text(folder / "truth.csv", truth); !written) return written;

@@ -55,7 +55,7 @@ void check_height(YamlReader& reader, const YAML::Node& node, const SiteCamera& 
         reader.warn(node["height"], fmt::format("cameras.{} has only a height: without 'corners' or tags under 'landmarks' nothing can place it", camera.id));
     }
     for (const SiteCorner& corner : site.corners) {
-        if (corner.position.z() - corner.moulding > known.height + 0.01) continue;
+        if (corner.lower_edge() > known.height + 0.01) continue;
         reader.error(node["height"],
                      fmt::format("cameras.{}.height is {} m, but corner {} is {} m high: the camera must be below the ceiling and its mouldings", camera.id,
                                  known.height, corner.id, corner.position.z()));

@@ -84,7 +84,7 @@ void read_corner(YamlReader& reader, const std::string& id, const YAML::Node& no
     corner.yaw = radians(reader.number(node["yaw_deg"], what + ".yaw_deg", -360, 360).value_or(0));
     corner.wall_angle = radians(reader.number(node["angle_deg"], what + ".angle_deg", 20, 160).value_or(90));
     corner.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(corner.sigma);
-    corner.moulding = reader.number(node["moulding"], what + ".moulding", 0.001, 0.999).value_or(corner.moulding);
+    corner.moulding = reader.number(node["moulding"], what + ".moulding", 0, 0.999);
     if (position && !(position->z() > 0)) {
         reader.error(node["position"],
                      fmt::format("{}.position: z is {}: a corner under the ceiling is that high above the floor, in metres", what, position->z()));

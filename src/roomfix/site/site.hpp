@@ -174,7 +174,10 @@ struct SiteCorner {
     double yaw = 0;                                      // rad, of its x edge: along one wall into the room
     double wall_angle = std::numbers::pi / 2;            // rad: its y edge runs so far to the left of the x edge
     double sigma = 0.005;                                // m: how well each coordinate of its position is known
-    double moulding = 0;                                 // m: height of a moulding below the ceiling, along both walls; 0: none is known
+    std::optional<double> moulding;                      // m: height of a moulding below the ceiling, along both walls; 0: there is none
+
+    /// Height of the place where the edge between the walls ends, as far as it is known, m.
+    double lower_edge() const { return position.z() - moulding.value_or(0); }
 };
 
 struct WebOutput {

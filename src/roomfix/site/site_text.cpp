@@ -215,7 +215,7 @@ std::string site_text(const Site& site) {
     if (!site.corners.empty()) text += "corners:\n";
     for (const auto& c : site.corners) {
         text += fmt::format("  {}: {{position: {}, yaw_deg: {}, angle_deg: {}, sigma: {}{}}}\n", c.id, list_text(c.position), number_text(degrees(c.yaw)),
-                            number_text(degrees(c.wall_angle)), number_text(c.sigma), c.moulding > 0 ? ", moulding: " + number_text(c.moulding) : "");
+                            number_text(degrees(c.wall_angle)), number_text(c.sigma), c.moulding ? ", moulding: " + number_text(*c.moulding) : "");
     }
     if (site.outputs.web || !site.outputs.jsonl.empty()) {
         text += "outputs:\n";

@@ -82,7 +82,7 @@ void add_corner(const CornerSighting& sighting, const Event& event, const Trajec
             const SiteCorner& corner = models.site.corners[k];
             if (std::abs(corner.wall_angle - seen.wall_angle) > same_wall_angle) continue;
             const double distance = corner.position.z() - source.camera.robot_from_camera.pose.translation().z();
-            if (!(distance > corner.moulding)) continue;
+            if (!(distance > corner.moulding.value_or(0))) continue;
             for (const CornerReading& reading : readings_of(seen, corner.moulding, distance)) {
                 const auto l = linearise_corner(belief, reading.seen, corner, static_cast<int>(k), source);
                 const double far = l ? l->residual.dot(l->noise.ldlt().solve(l->residual)) : std::numeric_limits<double>::infinity();
