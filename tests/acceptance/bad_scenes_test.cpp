@@ -9,7 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "program.hpp"
+#include "acceptance/program.hpp"
 #include "roomfix/evaluate/truth.hpp"
 #include "roomfix/simulate/write_session.hpp"
 
@@ -97,10 +97,12 @@ TEST(BadScenes, ARobotIsCarriedAway) {
 }
 
 TEST(BadScenes, TwoRobotsTouchForAMinute) {
-    Scenario scenario = aisle(33, 2);
-    add(scenario, robot("r1", small_box, {{6.40, 5.60}}));
+    Scenario scenario = aisle(33, 4);
+    add(scenario, robot("r1", small_box, {{5.20, 5.60}, {7.0, 5.60}}));
     add(scenario, robot("r2", tall_box, {{6.84, 5.62}}));
-    const Replayed replayed = replay(write("touching", scenario, 60, 33));
+    scenario.robots[0].pause_from = 1.2 / 0.25;  // its front at r2's back
+    scenario.robots[0].pause_to = 65;
+    const Replayed replayed = replay(write("touching", scenario, 66, 33));
     std::puts(replayed.report.dump(1).c_str());
 }
 

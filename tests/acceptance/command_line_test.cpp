@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "acceptance/data_folder.hpp"
 #include "acceptance/program.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 
@@ -204,11 +205,6 @@ TEST_F(CommandLine, FixFindsTheCameraByACornerInGreyColourAnd16BitPictures) {
     expect_says(call(fix + "--corner x " + picture), 2, "no such corner");
     expect_says(call(fix + "--landmark n1 " + picture), 2, "looks for corners");
     expect_says(call("fix " + site() + " --camera hall1 --corner c " + frame()), 2, "fixed in the map");
-}
-
-std::string text_of(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 TEST_F(CommandLine, ReplayGivesTheSameBytesAndEvaluateJudgesThem) {

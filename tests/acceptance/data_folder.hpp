@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -13,6 +14,11 @@ namespace roomfix {
 inline std::filesystem::path data_folder(const std::string& name) {
     const char* from_user = std::getenv("ROOMFIX_DATA");
     return (from_user ? std::filesystem::path(from_user) : std::filesystem::path(ROOMFIX_SOURCE).parent_path() / "shared/data") / name;
+}
+
+inline std::string text_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 /// The rows of a CSV file after its header, each by fields.

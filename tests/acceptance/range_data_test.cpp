@@ -22,13 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-}
-
 std::vector<std::vector<double>> numbers_of(const fs::path& file) {
     std::vector<std::vector<double>> rows;
     for (const auto& fields : csv_rows(file)) {

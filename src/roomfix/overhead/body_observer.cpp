@@ -181,7 +181,9 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     take_away(pose, body(robot), &on_trial_);
     const double thing_behind = trust * most_of_things() - clutter - settings_.rarity_of_things;
     put_back();
-    return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) > 0 ? best : nullptr;
+    // One thing may cover what several robots show.
+    const double others = explained_beside(robot, bodies_[best_kind], best->pose, trust) - explained_beside(robot, body(robot), pose, trust);
+    return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) + others > 0 ? best : nullptr;
 }
 
 /// A thing takes its pixels out of what is left, if it is no clutter and stands in no robot. In any case it is no candidate any more.
@@ -277,10 +279,14 @@ bool BodyObserver::settle_next(bool only_expected) {
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
         if (only_expected && !expected_[static_cast<std::size_t>(u->robot)]) continue;
-        const double score = search_.score(moment_, body(u->robot), u->pose) + u->edges + prior_of(u->robot, u->pose);
+        const double score = score_of(*u);
         if (score <= most) continue;
         most = score;
         outline = u;
+    }
+    if (best && outline == unsure_.end()) {
+        outline = rather_than(*best, only_expected);
+        if (outline != unsure_.end()) most = score_of(*outline);
     }
     if (outline != unsure_.end()) {
         const KnownRobot likeliest = *outline;
@@ -311,6 +317,59 @@ bool BodyObserver::settle_next(bool only_expected) {
     sighting.others.assign(places.begin() + 1, places.end());
     found_.push_back(std::move(sighting));
     return true;
+}
+
+double BodyObserver::score_of(const KnownRobot& outline, double trust) {
+    return trust * search_.score(moment_, body(outline.robot), outline.pose) + outline.edges + prior_of(outline.robot, outline.pose);
+}
+
+/// What the other open robots explain together if `shape`, a robot or a thing, stands at a pose: the most that each of them makes of what that leaves. One
+/// that is expected and has nothing left to stand on is a surprise.
+double BodyObserver::explained_beside(int robot, const Body& shape, const Pose2& pose, double trust) {
+    constexpr std::size_t most_candidates = 6;  // of a kind
+    take_away(pose, shape, &on_trial_);
+    double all = 0;
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        const int other = static_cast<int>(r);
+        if (!open_[r] || other == robot) continue;
+        const auto fits = [&](const Pose2& there) { return !stand_in_each_other(shape, pose, body(other), there); };
+        double most = expected_[r] ? std::log(settings_.surprise) : 0;
+        for (const KnownRobot& outline : unsure_) {
+            if (outline.robot == other && fits(outline.pose)) most = std::max(most, score_of(outline, trust));
+        }
+        const auto& candidates = candidates_[kind_of_[r]];
+        for (std::size_t c = 0; c < std::min(candidates.size(), most_candidates); ++c) {
+            const Pose2& there = candidates[c].pose;
+            if (fits(there)) most = std::max(most, trust * search_.score(moment_, body(other), there) + prior_of(other, there));
+        }
+        all += most;
+    }
+    put_back();
+    return all;
+}
+
+/// One body may cover what two robots show, one before the other, and explain more than either of them: an outline with which the robots together explain
+/// more than with the body in its place. All samples share the errors of the descriptions, so that only a part of the scores counts.
+std::vector<KnownRobot>::iterator BodyObserver::rather_than(const Choice& choice, bool only_expected) {
+    const BodyCandidate& body_there = candidates_[kind(choice.robot)][choice.candidate];
+    const double trust = search_.trust_in(body_there.score);
+    auto best = unsure_.end();
+    std::optional<double> most;
+    for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
+        if (only_expected && !expected_[static_cast<std::size_t>(u->robot)]) continue;
+        const bool elsewhere = std::hypot(u->pose.x - body_there.pose.x, u->pose.y - body_there.pose.y) > body(u->robot).inner_radius;
+        const bool in_the_way = stand_in_each_other(body(choice.robot), body_there.pose, body(u->robot), u->pose);
+        if (u->robot == choice.robot ? !elsewhere : !in_the_way) continue;
+        if (!most) {
+            most =
+                trust * body_there.score + prior_of(choice.robot, body_there.pose) + explained_beside(choice.robot, body(choice.robot), body_there.pose, trust);
+        }
+        const double all = score_of(*u, trust) + explained_beside(u->robot, body(u->robot), u->pose, trust);
+        if (all <= *most) continue;
+        most = all;
+        best = u;
+    }
+    return best;
 }
 
 /// All open robots at once, each at another place, so that they explain most together; of these the robot that explains most by itself. One after
@@ -425,6 +484,27 @@ bool BodyObserver::wants_colours() const {
     return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });
 }
 
+/// What other outlines cover, beside the pixels that are `covered_`, is no shadow of this body: it is set aside.
+void BodyObserver::spare_outlines(std::size_t camera, const Pose2& pose, const Body& shape) {
+    Evidence& evidence = left_[camera];
+    spared_.clear();
+    if (unsure_.empty()) return;
+    std::sort(covered_.begin(), covered_.end());
+    for (const KnownRobot& outline : unsure_) {
+        if (stand_in_each_other(shape, pose, body(outline.robot), outline.pose)) continue;
+        cover(*moment_[camera].view, body(outline.robot).parts, outline.pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
+        if (!memory_.mask.valid) continue;
+        for (const Span& span : memory_.mask.spans) {
+            for (int x = span.begin; x < span.end; ++x) {
+                const auto pixel = static_cast<std::size_t>(span.y * evidence.width + x);
+                if (evidence.perhaps[pixel] <= 0 || std::binary_search(covered_.begin(), covered_.end(), static_cast<int>(pixel))) continue;
+                spared_.emplace_back(pixel, evidence.perhaps[pixel]);
+                evidence.perhaps[pixel] = 0;
+            }
+        }
+    }
+}
+
 /// What a body covers says nothing about others: neither that they are there, nor that they are not. `before`: of each camera, what put_back() needs.
 void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Pixel>>* before) {
     if (before) before->resize(moment_.size());
@@ -437,7 +517,9 @@ void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<st
         for (const Span& span : memory_.mask.spans) {
             for (int x = span.begin; x < span.end; ++x) covered_.push_back(span.y * evidence.width + x);
         }
+        spare_outlines(c, pose, body);
         evidence.take_away(covered_, before ? &(*before)[c] : nullptr);
+        for (const auto& [pixel, shadow] : spared_) evidence.perhaps[pixel] = shadow;
     }
 }
 

@@ -114,6 +114,9 @@ private:
     void settle_things();
     bool settle_next(bool only_expected);
     std::optional<Choice> choose() const;
+    double score_of(const KnownRobot& outline, double trust = 1);
+    double explained_beside(int robot, const Body& shape, const Pose2& pose, double trust);
+    std::vector<KnownRobot>::iterator rather_than(const Choice& choice, bool only_expected);
     std::vector<BodyCandidate> rivals_of(const Choice& choice) const;
     FixedList<double, most_kinds> compare_kinds(std::size_t own, const BodyPlace& place);
     void stand(int robot, const Pose2& pose);
@@ -122,6 +125,7 @@ private:
     void drop_blocked();
     void take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Pixel>>* before = nullptr);
     void put_back();
+    void spare_outlines(std::size_t camera, const Pose2& pose, const Body& shape);
 
     BodyObserverSettings settings_;
     std::vector<Body> bodies_;          // one for all robots that look alike
@@ -141,6 +145,7 @@ private:
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     PlaceMemory memory_;
     std::vector<int> covered_;                            // pixels of the robot that is taken away
+    std::vector<std::pair<std::size_t, float>> spared_;   // pixels of other outlines and what of them may be a shadow
     std::vector<std::vector<Evidence::Pixel>> on_trial_;  // of each camera, as they were before
     long searches_ = 0;
 };

@@ -20,6 +20,15 @@ bool touches(const Silhouette& silhouette, const Component& component) {
     return box.low.x() <= component.right && box.high.x() >= component.left && box.low.y() <= component.bottom && box.high.y() >= component.top;
 }
 
+/// Does one of two outlines reach into the other, or nearly?
+constexpr double nearly = 12;  // px
+bool meet(const Silhouette& a, const Silhouette& b) {
+    const auto reaches = [](const Silhouette& one, const Silhouette& into) {
+        return std::any_of(one.polygon().begin(), one.polygon().end(), [&](const auto& corner) { return inside_polygon(into.polygon(), corner, nearly); });
+    };
+    return reaches(a, b) || reaches(b, a);
+}
+
 }  // namespace
 
 OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot>& robots, const OverheadSettings& settings)
@@ -31,6 +40,7 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
     exact_.assign(robots.size(), 0.0);
     exact_to_others_ = exact_;
     found_.reserve(64);
+    doubtful_.reserve(64);
     others_.reserve(64);
     starts_.reserve(4096);
 }
@@ -66,7 +76,9 @@ void OverheadObserver::observe_outlines(LumaView frame) {
     find_expected(evidence);
     const auto count = std::min(components.size(), static_cast<std::size_t>(settings_.most_blobs));
     for (std::size_t i = 0; i < count; ++i) explain(evidence, components[i]);
-    if (found_.size() > 1) refit_together(evidence);
+    if (found_.size() < 2) return;
+    keep_one_at_a_place();
+    refit_together(evidence);
 }
 
 /// Robots that have no outline as exact as their description: by all that their body covers. An outline that stands where the body explains
@@ -181,8 +193,11 @@ void OverheadObserver::find_foreground(LumaView frame) {
     close(foreground_.mask, scratch_);
 }
 
-/// Robots of exact shape that stand where they are expected: one fit each.
+/// Robots of exact shape that stand where they are expected: one fit each. Those that stand before or behind another one show less: once more,
+/// without looking where the others are, if all of them have shown to be the solids described.
 void OverheadObserver::find_expected(const FrameEvidence& evidence) {
+    doubtful_.clear();
+    others_.clear();
     for (const PoseObservation& expected : expected_.robots) {
         const auto r = static_cast<std::size_t>(expected.robot);
         const ShapePoints& shape = shapes_[r];
@@ -191,12 +206,34 @@ void OverheadObserver::find_expected(const FrameEvidence& evidence) {
         if (spread.trace() > settings_.expected_within * settings_.expected_within || !(shape.round() || expected.yaw_known)) continue;
         Found found{expected.robot};
         found.fit = fit_outline(evidence, view_, shape, expected.pose, {}, settings_.fit);
-        if (!found.fit.determined || found.fit.score < settings_.good_score || may_stand_behind(evidence, shape, found.fit)) continue;
-        const Eigen::Vector2d off(found.fit.pose.x - expected.pose.x, found.fit.pose.y - expected.pose.y);
-        if (off.dot((spread + found.fit.covariance.topLeftCorner<2, 2>()).inverse() * off) > settings_.expected_gate) continue;
+        if (!found.fit.determined || !is_where_expected(found, expected)) continue;
         found.coarse = coarse_agreement(masks_, view_, shape, found.fit.pose, {});
-        if (acceptable(found)) found_.push_back(found);
+        if (found.fit.score >= settings_.good_score && !may_stand_behind(evidence, shape, found.fit) && acceptable(found)) {
+            found_.push_back(found);
+        } else if (exactness(found.robot) > settings_.surely_exact && found.coarse.filled() > settings_.least_filled) {
+            doubtful_.push_back(found);
+        }
     }
+    for (const Found& doubtful : doubtful_) {
+        others_.clear();
+        for (const std::vector<Found>* group : {&found_, &doubtful_}) {
+            for (const Found& other : *group) {
+                if (other.robot != doubtful.robot && meet(other.fit.silhouette, doubtful.fit.silhouette)) others_.push_back(other.fit.silhouette);
+            }
+        }
+        if (others_.empty() || found_.size() == found_.capacity()) continue;
+        Found found = doubtful;
+        found.fit = fit_outline(evidence, view_, shapes_[static_cast<std::size_t>(found.robot)], found.fit.pose, others_, settings_.fit);
+        const auto expected = std::find_if(expected_.robots.begin(), expected_.robots.end(), [&](const PoseObservation& e) { return e.robot == found.robot; });
+        if (!found.fit.determined || doubtful.fit.supported > found.fit.supported) found.fit = doubtful.fit;
+        if (is_where_expected(found, *expected) && acceptable(found)) found_.push_back(found);
+    }
+}
+
+bool OverheadObserver::is_where_expected(const Found& found, const PoseObservation& expected) const {
+    const Eigen::Vector2d off(found.fit.pose.x - expected.pose.x, found.fit.pose.y - expected.pose.y);
+    const Eigen::Matrix2d spread = (expected.covariance + found.fit.covariance).topLeftCorner<2, 2>();
+    return off.dot(spread.inverse() * off) <= settings_.expected_gate;
 }
 
 /// Finds the robots of one connected piece of foreground, one after the other while there is enough of it left.
@@ -220,7 +257,6 @@ void OverheadObserver::explain(const FrameEvidence& evidence, const Component& c
 
 /// The robot of the site, not found elsewhere yet, that explains the blob best. `whole`: nothing of it is explained yet.
 OverheadObserver::Found OverheadObserver::best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole) {
-    const auto quality = [](const Found& found) { return found.fit.score + found.coarse.filled() - found.coarse.missing_part(); };
     Found best;
     best.fit.score = -2;
     double second = -10;  // quality of the next best robot that would do
@@ -341,21 +377,56 @@ void OverheadObserver::copy_remaining() {
     masks_ = {&remaining_, &remaining_shadow_, &taken_};
 }
 
-/// Fits every outline once more, without looking where other robots are.
+/// How well an outline explains the picture: the edges that agree, and its area less what of it shows nothing.
+double OverheadObserver::quality(const Found& found) { return found.fit.score + found.coarse.filled() - found.coarse.missing_part(); }
+
+/// Two solids do not stand at one place: of two outlines that do, the better one stays.
+void OverheadObserver::keep_one_at_a_place() {
+    constexpr double surely = 0.9;  // of the distance at which their inner circles touch
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+        for (std::size_t j = i + 1; j < found_.size();) {
+            const Found &a = found_[i], &b = found_[j];
+            const double apart = std::hypot(a.fit.pose.x - b.fit.pose.x, a.fit.pose.y - b.fit.pose.y);
+            const bool both = a.by_area || b.by_area || apart > surely * (bodies_.body(a.robot).inner_radius + bodies_.body(b.robot).inner_radius);
+            if (both) {
+                ++j;
+                continue;
+            }
+            if (quality(b) > quality(a)) std::swap(found_[i], found_[j]);
+            found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(j));
+            j = i + 1;
+        }
+    }
+}
+
+/// Fits every outline once more, without looking where other robots are. One that then shows too little, even if only nearer robots may hide it, was not
+/// seen.
 void OverheadObserver::refit_together(const FrameEvidence& evidence) {
-    for (Found& found : found_) {
-        if (found.by_area) continue;
+    const auto distance = [&](const Found& found) { return std::hypot(found.fit.pose.x - view_.position().x(), found.fit.pose.y - view_.position().y()); };
+    const auto fitted_beside = [&](const Found& found, bool only_nearer) {
         others_.clear();
         bool touched = false;
         for (const Found& other : found_) {
-            if (&other == &found) continue;
+            if (&other == &found || (only_nearer && distance(other) > distance(found))) continue;
             others_.push_back(other.fit.silhouette);
-            for (const auto& corner : found.fit.silhouette.polygon()) touched |= inside_polygon(other.fit.silhouette.polygon(), corner, 12);
-            for (const auto& corner : other.fit.silhouette.polygon()) touched |= inside_polygon(found.fit.silhouette.polygon(), corner, 12);
+            touched |= meet(other.fit.silhouette, found.fit.silhouette);
         }
-        if (!touched) continue;
-        const OutlineFit again = fit_outline(evidence, view_, shapes_[static_cast<std::size_t>(found.robot)], found.fit.pose, others_, settings_.fit);
-        if (again.determined) found.fit = again;
+        Found again = found;
+        if (touched) again.fit = fit_outline(evidence, view_, shapes_[static_cast<std::size_t>(found.robot)], found.fit.pose, others_, settings_.fit);
+        return again;
+    };
+    for (std::size_t i = 0; i < found_.size();) {
+        if (found_[i].by_area) {
+            ++i;
+            continue;
+        }
+        Found again = fitted_beside(found_[i], false);
+        if (!acceptable(again)) again = fitted_beside(found_[i], true);
+        if (acceptable(again)) {
+            found_[i++] = again;
+        } else {
+            found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(i));
+        }
     }
 }
 

@@ -115,6 +115,9 @@ private:
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
     void remove_from_remaining(Found& found);
     void copy_remaining();
+    static double quality(const Found& found);
+    bool is_where_expected(const Found& found, const PoseObservation& expected) const;
+    void keep_one_at_a_place();
     void refit_together(const FrameEvidence& evidence);
     bool acceptable(const Found& found) const;
     bool available(int robot) const;
@@ -158,6 +161,7 @@ private:
     PlaceSearch place_search_;
     int searches_left_ = 0;
     std::vector<Found> found_;
+    std::vector<Found> doubtful_;  // where they are expected, but hardly by their outlines alone
     std::vector<Silhouette> others_;
     Evidence evidence_;
     std::vector<char> wanted_;

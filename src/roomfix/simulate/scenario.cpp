@@ -38,7 +38,8 @@ Pose2 robot_pose(const ScenarioRobot& robot, double time) {
     };
     // The nose follows the path half a robot ahead, so that corners are driven, not jumped.
     constexpr double reach = 0.35;
-    const double along = robot.start + robot.speed * time;
+    const double paused = std::clamp(time - robot.pause_from, 0.0, robot.pause_to - robot.pause_from);
+    const double along = robot.start + robot.speed * (time - paused);
     const Eigen::Vector2d nose = place(along + reach);
     const Eigen::Vector2d tail = place(along - reach);
     const Eigen::Vector2d middle = 0.5 * (nose + tail);

@@ -39,6 +39,8 @@ struct ScenarioRobot {
     double start = 0;                   // m along the path at time 0
     double spin = 0;                    // rad/s, of a robot whose path is one point
     double until = 1e9;                 // s: then it is carried out of the building
+    double pause_from = 0;              // s: it stands still ...
+    double pause_to = 0;                // ... until then
     WheelModel wheels;                  // of a robot with odometry
 };
 
