@@ -6,7 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "acceptance/program.hpp"
@@ -78,22 +77,54 @@ Replayed replay(const fs::path& folder) {
     return replayed;
 }
 
+/// Of a robot's fixes from a time on: how many there are, and how many are ok.
+struct Count {
+    int all = 0, ok = 0;
+};
+Count fixes_from(const Replayed& replayed, const std::string& robot, double time) {
+    Count count;
+    for (const json& fix : replayed.fixes) {
+        if (fix["robot"] != robot || fix["time"].get<double>() < time) continue;
+        ++count.all;
+        count.ok += fix["status"] == "ok";
+    }
+    return count;
+}
+
+json robot_in(const json& report, const std::string& name) {
+    for (const json& robot : report["robots"]) {
+        if (robot["name"] == name) return robot;
+    }
+    ADD_FAILURE() << "no fix of " << name;
+    return {};
+}
+
 TEST(BadScenes, MoreRobotsInViewThanTheSiteHas) {
     Scenario scenario = aisle(31, 5);
     add(scenario, robot("r1", tall_box, round_trip));
     scenario.others.push_back(robot("", small_box, round_trip, 0.25, 2.4));
     scenario.others.push_back(robot("", Box{0.8, 0.5, 0.6}, {{7.6, 5.7}}));
     const Replayed replayed = replay(write("too-many", scenario, 10, 31));
-    std::puts(replayed.report.dump(1).c_str());
+    const json r1 = robot_in(replayed.report, "r1");
+    EXPECT_LT(r1["position"]["median"], 0.03);
+    EXPECT_EQ(replayed.report["confidently_wrong"]["wrong"], 0);
+    EXPECT_GT(replayed.report["availability"], 0.9);
+    EXPECT_EQ(replayed.report["unknown_things"]["robots_on_one"], 0) << "a stranger was taken for the robot";
 }
 
 TEST(BadScenes, ARobotIsCarriedAway) {
+    constexpr double gone = 5;  // s
     Scenario scenario = aisle(32, 5);
     add(scenario, robot("r1", small_box, round_trip));
     add(scenario, robot("r2", tall_box, {{7.4, 5.7}}));
-    scenario.robots[0].until = 5;
+    scenario.robots[0].until = gone;
     const Replayed replayed = replay(write("carried", scenario, 12, 32));
-    std::puts(replayed.report.dump(1).c_str());
+    EXPECT_LT(robot_in(replayed.report, "r1")["position"]["median"], 0.02);
+    EXPECT_LT(robot_in(replayed.report, "r2")["position"]["rmse"], 0.03);
+    EXPECT_EQ(replayed.report["confidently_wrong"]["wrong"], 0);
+    const Count before = fixes_from(replayed, "r1", 0), after = fixes_from(replayed, "r1", gone + 2);
+    EXPECT_GT(before.ok, 20);
+    EXPECT_LE(after.ok, 2) << "of " << after.all << " fixes of a robot that is not there";
 }
 
 TEST(BadScenes, TwoRobotsTouchForAMinute) {
@@ -103,22 +134,38 @@ TEST(BadScenes, TwoRobotsTouchForAMinute) {
     scenario.robots[0].pause_from = 1.2 / 0.25;  // its front at r2's back
     scenario.robots[0].pause_to = 65;
     const Replayed replayed = replay(write("touching", scenario, 66, 33));
-    std::puts(replayed.report.dump(1).c_str());
+    for (const char* name : {"r1", "r2"}) EXPECT_LT(robot_in(replayed.report, name)["position"]["rmse"], 0.1) << name;
+    EXPECT_GT(replayed.report["availability"], 0.95);
+    EXPECT_EQ(replayed.report["confidently_wrong"]["wrong"], 0);
 }
 
+/// Pictures are missing for 2 s, some come twice with another time, one is stamped long before its time and one long after.
 TEST(BadScenes, ACameraStutters) {
     Scenario scenario = aisle(34, 10);
     add(scenario, robot("r1", small_box, round_trip));
-    const fs::path folder = write("stutter", scenario, 10, 34);
-    std::puts(replay(folder).report.dump(1).c_str());
+    const fs::path folder = write("stutter", scenario, 12, 34), frames = folder / "frames/hall1";
+    const auto frame = [&](double time) { return frames / fmt::format("{:012}.jpg", std::llround(time * 1e9)); };
+    for (int i = 40; i < 60; ++i) fs::remove(frame(0.1 * i));
+    for (int i = 70; i < 80; i += 2) fs::copy_file(frame(0.1 * i), frame(0.1 * i + 0.004));
+    fs::rename(frame(9.5), frame(2.05));
+    fs::rename(frame(10.5), frame(3600));
+    const Replayed replayed = replay(folder);
+    const json r1 = robot_in(replayed.report, "r1");
+    EXPECT_LT(r1["position"]["median"], 0.01);
+    EXPECT_LT(r1["position"]["rmse"], 0.05);
+    EXPECT_EQ(replayed.report["confidently_wrong"]["wrong"], 0);
+    EXPECT_GT(fixes_from(replayed, "r1", 6).ok, 50) << "after the gap";
 }
 
+/// One camera does not find the person as such here (docs/bodies.md); it must not take it for the robot.
 TEST(BadScenes, APersonStandsStillForTenMinutes) {
-    Scenario scenario = aisle(35, 1);
-    add(scenario, robot("r1", small_box, round_trip, 0.1));
+    Scenario scenario = aisle(35, 0.2);
+    add(scenario, robot("r1", small_box, {{5.3, 5.45}, {6.6, 5.45}, {6.6, 5.95}, {5.3, 5.95}}, 0.05));
     scenario.others.push_back(robot("", person, {{7.6, 5.7}}));
     const Replayed replayed = replay(write("person", scenario, 600, 35));
-    std::puts(replayed.report.dump(1).c_str());
+    EXPECT_LT(robot_in(replayed.report, "r1")["position"]["median"], 0.02);
+    EXPECT_EQ(replayed.report["confidently_wrong"]["wrong"], 0);
+    EXPECT_EQ(replayed.report["unknown_things"]["robots_on_one"], 0);
 }
 
 }  // namespace
