@@ -51,8 +51,8 @@ struct CornerObservation {
     int sighting = 0;
     MouldingEdge part = MouldingEdge::none_seen;
     double other_rise = 0, other_rise_sigma = 0;
-    bool read = true;           // false of the corner that was not read itself
-    double one_wall_turn = 0;   // rad^2: had the moulding been along one wall only, the three edges would not meet, and the view be turned
+    bool read = true;          // false of the corner that was not read itself
+    double one_wall_turn = 0;  // rad^2: had the moulding been along one wall only, the three edges would not meet, and the view be turned
 
     /// With what is not known of the intrinsics.
     Matrix5d covariance_with(const IntrinsicsMatrix& intrinsics) const;
