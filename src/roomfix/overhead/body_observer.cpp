@@ -484,6 +484,14 @@ bool BodyObserver::wants_colours() const {
     return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });
 }
 
+/// Visits the numbers of a mask's pixels in a picture of this width.
+template <class Visit>
+static void for_each_pixel(const BodyMask& mask, int width, Visit&& visit) {
+    for (const Span& span : mask.spans) {
+        for (int x = span.begin; x < span.end; ++x) visit(span.y * width + x);
+    }
+}
+
 /// What other outlines cover, beside the pixels that are `covered_`, is no shadow of this body: it is set aside.
 void BodyObserver::spare_outlines(std::size_t camera, const Pose2& pose, const Body& shape) {
     Evidence& evidence = left_[camera];
@@ -494,14 +502,12 @@ void BodyObserver::spare_outlines(std::size_t camera, const Pose2& pose, const B
         if (stand_in_each_other(shape, pose, body(outline.robot), outline.pose)) continue;
         cover(*moment_[camera].view, body(outline.robot).parts, outline.pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
         if (!memory_.mask.valid) continue;
-        for (const Span& span : memory_.mask.spans) {
-            for (int x = span.begin; x < span.end; ++x) {
-                const auto pixel = static_cast<std::size_t>(span.y * evidence.width + x);
-                if (evidence.perhaps[pixel] <= 0 || std::binary_search(covered_.begin(), covered_.end(), static_cast<int>(pixel))) continue;
-                spared_.emplace_back(pixel, evidence.perhaps[pixel]);
-                evidence.perhaps[pixel] = 0;
-            }
-        }
+        for_each_pixel(memory_.mask, evidence.width, [&](int number) {
+            const auto pixel = static_cast<std::size_t>(number);
+            if (evidence.perhaps[pixel] <= 0 || std::binary_search(covered_.begin(), covered_.end(), number)) return;
+            spared_.emplace_back(pixel, evidence.perhaps[pixel]);
+            evidence.perhaps[pixel] = 0;
+        });
     }
 }
 
@@ -514,9 +520,7 @@ void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<st
         cover(*moment_[c].view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
         if (!memory_.mask.valid) continue;
         covered_.clear();
-        for (const Span& span : memory_.mask.spans) {
-            for (int x = span.begin; x < span.end; ++x) covered_.push_back(span.y * evidence.width + x);
-        }
+        for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { covered_.push_back(pixel); });
         spare_outlines(c, pose, body);
         evidence.take_away(covered_, before ? &(*before)[c] : nullptr);
         for (const auto& [pixel, shadow] : spared_) evidence.perhaps[pixel] = shadow;

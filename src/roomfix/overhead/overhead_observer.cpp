@@ -197,7 +197,6 @@ void OverheadObserver::find_foreground(LumaView frame) {
 /// without looking where the others are, if all of them have shown to be the solids described.
 void OverheadObserver::find_expected(const FrameEvidence& evidence) {
     doubtful_.clear();
-    others_.clear();
     for (const PoseObservation& expected : expected_.robots) {
         const auto r = static_cast<std::size_t>(expected.robot);
         const ShapePoints& shape = shapes_[r];

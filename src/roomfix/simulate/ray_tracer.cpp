@@ -97,17 +97,25 @@ bool passes_by(const Solid& solid, const Vector3f& to, const Vector3f& direction
     return (to - along * direction).squaredNorm() > solid.half.squaredNorm();
 }
 
+/// Where a ray meets a solid, in the solid's own frame.
+struct Meeting {
+    float distance;
+    Vector3f normal, place;
+};
+std::optional<Meeting> meet_on_way(const Solid& solid, const Vector3f& origin, const Vector3f& direction) {
+    if (passes_by(solid, solid.centre - origin, direction)) return std::nullopt;
+    const float cosine = solid.axis.x(), sine = solid.axis.y();
+    const Vector3f o = turned(origin - solid.centre, cosine, sine), d = turned(direction, cosine, sine);
+    const auto met = meet(solid, o, d);
+    if (!met) return std::nullopt;
+    return Meeting{met->first, met->second, o + met->first * d};
+}
+
 bool blocked(const std::vector<Solid>& solids, const std::vector<int>& which, const Vector3f& origin, const Vector3f& direction, float distance) {
-    for (const int i : which) {
-        const Solid& s = solids[static_cast<std::size_t>(i)];
-        const Vector3f to = s.centre - origin;
-        if (passes_by(s, to, direction)) continue;
-        const float cosine = s.axis.x();
-        const float sine = s.axis.y();
-        const auto met = meet(s, turned(to, cosine, sine) * -1.0f, turned(direction, cosine, sine));
-        if (met && met->first < distance) return true;
-    }
-    return false;
+    return std::any_of(which.begin(), which.end(), [&](int i) {
+        const auto met = meet_on_way(solids[static_cast<std::size_t>(i)], origin, direction);
+        return met && met->distance < distance;
+    });
 }
 
 /// Rays from points within `width` of `origin`, in directions that leave `direction` by at most `spread` (m per m).
@@ -245,18 +253,12 @@ RayTracer::Hit RayTracer::first_solid(const MovingSolids& moving, const std::vec
     const auto meet_solids = [&](const std::vector<Solid>& solids, const std::vector<int>& numbers, int first_surface) {
         for (const int i : numbers) {
             const Solid& s = solids[static_cast<std::size_t>(i)];
-            const Vector3f to = s.centre - origin;
-            if (passes_by(s, to, direction)) continue;
-            const float cosine = s.axis.x();
-            const float sine = s.axis.y();
-            const Vector3f o = turned(origin - s.centre, cosine, sine);
-            const Vector3f d = turned(direction, cosine, sine);
-            const auto met = meet(s, o, d);
-            if (!met || met->first >= hit.distance) continue;
-            const Vector3f& n = met->second;
+            const auto met = meet_on_way(s, origin, direction);
+            if (!met || met->distance >= hit.distance) continue;
+            const Vector3f& n = met->normal;
             const bool top = std::abs(n.z()) > 0.5f;
             const int face = top ? 0 : (s.round ? 1 : 1 + (std::abs(n.x()) > 0.5f ? (n.x() > 0) : 2 + (n.y() > 0)));
-            hit = {met->first, turned(n, cosine, -sine), o + met->first * d, top ? &s.top : &s.side, first_surface + i * 8 + face};
+            hit = {met->distance, turned(n, s.axis.x(), -s.axis.y()), met->place, top ? &s.top : &s.side, first_surface + i * 8 + face};
         }
     };
     meet_solids(scene_.furniture, furniture_, first_furniture_surface);
