@@ -145,6 +145,7 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"position: [0, 0, 2.7]", "position: [0, 0]", "list of 3 numbers"},
         {"nw: {position: [0, 0, 2.7], yaw_deg: 0}", "nw: {yaw_deg: 0}", "needs the key 'position'"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, angle_deg: 180}\n", "between 20 and 160"},
+        {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: 0.0001}\n", "or 0 if there is none"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: -0.08}\n", "corners.nw.moulding"},
         {"yaw_deg: 0}\n", "yaw_deg: 0, moulding: 8}\n", "corners.nw.moulding"},
         {"    mount: {robot: r1, position: [0, 0, 0.3], quaternion: [0, 0, 0, 1]}\n", "    height: 2.7\n    robot: r1\n", "must be below the ceiling"},

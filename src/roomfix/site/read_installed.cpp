@@ -85,6 +85,10 @@ void read_corner(YamlReader& reader, const std::string& id, const YAML::Node& no
     corner.wall_angle = radians(reader.number(node["angle_deg"], what + ".angle_deg", 20, 160).value_or(90));
     corner.sigma = reader.number(node["sigma"], what + ".sigma", 0, 10).value_or(corner.sigma);
     corner.moulding = reader.number(node["moulding"], what + ".moulding", 0, 0.999);
+    if (corner.moulding && *corner.moulding > 0 && *corner.moulding < 0.001) {
+        reader.error(node["moulding"],
+                     fmt::format("{}.moulding: {} m is no moulding: state its height in metres, or 0 if there is none", what, *corner.moulding));
+    }
     if (position && !(position->z() > 0)) {
         reader.error(node["position"],
                      fmt::format("{}.position: z is {}: a corner under the ceiling is that high above the floor, in metres", what, position->z()));
