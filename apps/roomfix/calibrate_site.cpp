@@ -8,7 +8,8 @@
 #include "calibrate.hpp"
 #include "commands.hpp"
 #include "roomfix/pipeline/sigma_advice.hpp"
-#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/site_calibration.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "run_site.hpp"
@@ -108,14 +109,20 @@ int calibrate_site_command(const SiteArguments& arguments) {
         return give_up(
             Error{"all robots of this site are one of many ('count: many'): a robot that is the only one of its name is needed, to know its whole way"});
     }
-    auto runner = SiteRunner::create(*site);
-    if (!runner) return give_up(runner.error());
-    if (auto learned = learn_backgrounds(**runner, *site, arguments.background); !learned) return give_up(learned.error());
-    (*runner)->keep_for_smoothing();
+    auto created = SiteTracker::create(*site);
+    if (!created) return give_up(created.error());
+    SiteTracker& tracker = **created;
+    if (auto learned = learn_backgrounds(tracker, arguments.background); !learned) return give_up(learned.error());
+    tracker.keep_history();
+    SourceRunner runner(tracker);
+    std::vector<Fix> fixes;
+    tracker.on_fixes([&](const FixBatch& batch) { fixes.insert(fixes.end(), batch.given.begin(), batch.given.end()); });
     const RunSettings run{.speed = 0, .threads = arguments.threads};
-    if (auto ran = (*runner)->run_sources(run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    if (auto ran = runner.run(run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
     std::vector<SiteCalibration> calibrations;
-    if ((*runner)->cameras() > 0) calibrations = (*runner)->calibrate(progress_bar("calibrating"));
+    if (tracker.cameras() > 0) {
+        calibrations = calibrated_cameras(tracker.tracker().models(), camera_errors_of(tracker.tracker(), fixes, progress_bar("calibrating")));
+    }
     std::vector<SiteResult> results;
     for (const SiteCamera& camera : site->cameras) {
         if (!is_wanted(arguments, camera.id)) continue;
@@ -127,7 +134,7 @@ int calibrate_site_command(const SiteArguments& arguments) {
         print(*found);
         results.push_back(result_of(*found));
     }
-    const auto advice = sigma_advice((*runner)->tracker());
+    const auto advice = sigma_advice(tracker.tracker());
     for (const SigmaAdvice& one : advice) fmt::print("{}\n", text_of(one));
     if (arguments.cameras.empty()) {
         for (const SiteResult& result : sense_results(file, advice)) results.push_back(result);

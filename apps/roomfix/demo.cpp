@@ -6,7 +6,10 @@
 #include <thread>
 
 #include "commands.hpp"
-#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/fix_file.hpp"
+#include "roomfix/pipeline/page_sink.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
+#include "roomfix/pipeline/wall_clock.hpp"
 #include "roomfix/simulate/render_ahead.hpp"
 #include "roomfix/simulate/scenario_renderer.hpp"
 #include "terminal.hpp"
@@ -39,7 +42,7 @@ struct Mishaps {
 };
 
 /// The rooms without robots, rendered and learned.
-std::vector<ScenarioRenderer> prepare(const Scenario& scenario, SiteRunner& room, std::uint64_t seed) {
+std::vector<ScenarioRenderer> prepare(const Scenario& scenario, SiteTracker& tracker, std::uint64_t seed) {
     constexpr std::uint64_t background_frames = 30;
     std::vector<ScenarioRenderer> renderers;
     const auto progress = progress_bar("rendering the empty building");
@@ -58,7 +61,7 @@ std::vector<ScenarioRenderer> prepare(const Scenario& scenario, SiteRunner& room
         }
         ColourBackground colour;
         colour.learn(levels.frames());
-        room.set_background(c, learner.learn(), std::move(colour));
+        tracker.set_background(c, learner.learn(), std::move(colour));
         progress(static_cast<double>(c + 1) / static_cast<double>(scenario.cameras.size()));
     }
     return renderers;
@@ -66,23 +69,29 @@ std::vector<ScenarioRenderer> prepare(const Scenario& scenario, SiteRunner& room
 
 int demo(const Arguments& arguments) {
     const Scenario scenario = demo_scenario(arguments.seed);
-    auto runner = SiteRunner::create(scenario.site);
-    if (!runner) {
-        complain(runner.error().message);
+    auto created = SiteTracker::create(scenario.site);
+    if (!created) {
+        complain(created.error().message);
         return failed;
     }
-    SiteRunner& room = **runner;
+    SiteTracker& tracker = **created;
+    SourceRunner runner(tracker);
     if (!arguments.fixes.empty()) {
-        if (auto opened = room.write_fixes_to(arguments.fixes); !opened) {
-            complain(opened.error().message);
+        auto file = FixFile::open(arguments.fixes);
+        if (!file) {
+            complain(file.error().message);
             return bad_input;
         }
+        runner.add_sink(std::move(*file), Overflow::drop_oldest);
     }
-    if (auto served = room.serve_page(arguments.host, arguments.port); !served) {
-        complain(served.error().message);
+    auto page = PageSink::serve(tracker, arguments.host, arguments.port);
+    if (!page) {
+        complain(page.error().message);
         return bad_input;
     }
-    auto renderers = prepare(scenario, room, arguments.seed);
+    const int port = (*page)->port();
+    runner.add_sink(std::move(*page), Overflow::drop_oldest, 1);
+    auto renderers = prepare(scenario, tracker, arguments.seed);
     const Mishaps mishaps;
     ScenarioRenderer knocked(scenario, mishaps.bumped, arguments.seed, radians(0.8));
     say(
@@ -90,7 +99,7 @@ int demo(const Arguments& arguments) {
                     "beacons and their wheels. Two of them look the same, and one passes through a room that no camera sees. From 0:30 to 0:40 of every\n"
                     "90 seconds camera {} freezes, from 0:55 to 1:15 camera {} is knocked out of its direction.\n"
                     "Open http://{}:{} in a browser. Ctrl-C ends the demo.",
-                    scenario.cameras[mishaps.freezing].id, scenario.cameras[mishaps.bumped].id, arguments.host, room.page_port()));
+                    scenario.cameras[mishaps.freezing].id, scenario.cameras[mishaps.bumped].id, arguments.host, port));
 
     const auto start = std::chrono::steady_clock::now();
     const Nanoseconds epoch = system_now();
@@ -102,7 +111,7 @@ int demo(const Arguments& arguments) {
     });
     std::vector<ColourImage> small(scenario.cameras.size());  // of the fixed ones
     WorkerPool pool(hardware_threads());
-    room.measure_latency();
+    tracker.measure_latency({wall_clock(), system_now(), 1});
     double heard_until = 0;
     std::vector<std::pair<int, WheelSimulator>> wheels;
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
@@ -120,21 +129,24 @@ int demo(const Arguments& arguments) {
             }
         }
         heard_until = moment.time;
-        room.hear(heard);
+        tracker.process(heard);
         OdometryBatch driven;
         for (auto& [robot, wheel] : wheels) {
             for (const WheelPose& pose : wheel.until(moment.time)) driven.poses.push_back({epoch + from_seconds(pose.time), robot, pose.pose});
         }
-        room.drive(driven);
+        tracker.process(driven);
         std::vector<CameraFrame> seen;
         for (std::size_t c = 0; c < moment.frames.size(); ++c) {
             if (c < small.size()) shrink_grey(moment.frames[c].view(), small[c]);
             seen.push_back({c, {moment.frames[c], c < small.size() ? &small[c] : nullptr}, epoch + from_seconds(moment.time)});
         }
-        (void)room.feed(seen, pool);
+        (void)tracker.process(seen, pool);
     }
-    say(room.stage_times().text());
-    return done;
+    say(tracker.stage_times().text());
+    const auto written = runner.finish_sinks();
+    if (written) return done;
+    complain(written.error().message);
+    return failed;
 }
 
 }  // namespace

@@ -61,15 +61,17 @@ struct SessionFindings {
 Result<SessionFindings> look_into(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth, const Eigen::Vector2d& point) {
     const auto site = load_session(session);
     if (!site) return site.error();
-    auto runner = SiteRunner::create(*site);
-    if (!runner) return runner.error();
-    if (auto learned = learn_backgrounds(**runner, *site, {}); !learned) return learned.error();
-    (*runner)->keep_for_smoothing();
+    auto created = SiteTracker::create(*site);
+    if (!created) return created.error();
+    SiteTracker& tracker = **created;
+    if (auto learned = learn_backgrounds(tracker, {}); !learned) return learned.error();
+    tracker.keep_history();
     RunSettings settings;
     settings.speed = 0;
     settings.threads = hardware_threads();
-    if (auto ran = (*runner)->run_sources(settings, stop_requested(), progress_bar("observing again")); !ran) return ran.error();
-    return SessionFindings{tracking_bounds((*runner)->tracker(), fixes, truth, progress_bar("finding the bound"), point), sigma_advice((*runner)->tracker())};
+    SourceRunner runner(tracker);
+    if (auto ran = runner.run(settings, stop_requested(), progress_bar("observing again")); !ran) return ran.error();
+    return SessionFindings{tracking_bounds(tracker.tracker(), fixes, truth, progress_bar("finding the bound"), point), sigma_advice(tracker.tracker())};
 }
 
 int evaluate(const Arguments& arguments) {

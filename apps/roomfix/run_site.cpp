@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <memory>
+#include <utility>
+
 #include "commands.hpp"
 #include "roomfix/pipeline/background_source.hpp"
-#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/fix_file.hpp"
+#include "roomfix/pipeline/page_sink.hpp"
 #include "several_values.hpp"
 #include "terminal.hpp"
 
@@ -18,70 +22,94 @@ void add_recording_options(CLI::App& command, std::vector<std::string>& backgrou
         ->check(CLI::Range(1, 256));
 }
 
-Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::vector<std::string>& for_all) {
-    for (std::size_t i = 0; i < runner.cameras(); ++i) {
-        const SiteCamera& camera = runner.camera(i);
-        if (!runner.is_fixed(i)) continue;
+Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all) {
+    for (std::size_t i = 0; i < tracker.cameras(); ++i) {
+        const SiteCamera& camera = tracker.camera(i);
+        if (!tracker.is_fixed(i)) continue;
         std::vector<std::string> sources = for_all;
-        if (sources.empty() && !camera.background.empty()) sources = {resolved_path(site, camera.background)};
+        if (sources.empty() && !camera.background.empty()) sources = {resolved_path(tracker.site(), camera.background)};
         if (sources.empty()) {
             say(fmt::format("camera {}: no background given; learning it while running", camera.id));
             continue;
         }
         auto background = learn_background(camera, sources, progress_bar("learning the background of " + camera.id));
         if (!background) return background.error();
-        runner.set_background(i, std::move(background->grey), std::move(background->colour));
+        tracker.set_background(i, std::move(background->grey), std::move(background->colour));
     }
     return {};
 }
 
-int run_site(const Site& site, const RunOptions& options) {
-    auto runner = SiteRunner::create(site);
-    if (!runner) {
-        complain(runner.error().message);
-        return bad_input;
+/// What a run was like, for whoever started it.
+static void say_what_happened(const SiteTracker& tracker, const SourceRunner& runner, std::size_t fixes) {
+    for (const CameraState& state : tracker.camera_states()) {
+        const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
+        say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
+                        state.message));
     }
-    SiteRunner& room = **runner;
+    if (tracker.stage_times().summary(Stage::moment).count > 0) say(tracker.stage_times().text());
+    for (const std::string& problem : tracker.line_problems()) say("not used: " + problem);
+    for (const std::string& suspicion : runner.suspicious_inputs()) say("look at this: " + suspicion);
+    const TrackerCounts counts = tracker.tracker_counts();
+    if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
+    if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
+    if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
+    say(fmt::format("{} fixes given", fixes));
+    for (const std::string& reason : tracker.robots_not_found()) say("without a fix at the end: " + reason);
+}
+
+int run_site(const Site& site, const RunOptions& options) {
     const auto give_up = [](const Error& error) {
         complain(error.message);
         return bad_input;
     };
-    if (auto learned = learn_backgrounds(room, site, options.background); !learned) return give_up(learned.error());
-    if (options.smooth) room.keep_for_smoothing();
+    auto created = SiteTracker::create(site);
+    if (!created) return give_up(created.error());
+    SiteTracker& tracker = **created;
+    if (auto learned = learn_backgrounds(tracker, options.background); !learned) return give_up(learned.error());
+    SourceRunner runner(tracker);
+    std::vector<Fix> kept;  // to be smoothed
+    std::size_t given = 0;
+    tracker.on_fixes([&](const FixBatch& batch) {
+        given += batch.given.size();
+        if (options.smooth) kept.insert(kept.end(), batch.given.begin(), batch.given.end());
+    });
+    if (options.smooth) tracker.keep_history();
     std::string fixes = options.fixes;
     if (fixes.empty() && !site.outputs.jsonl.empty()) fixes = resolved_path(site, site.outputs.jsonl);
+    std::unique_ptr<FixFile> smoothed_file;
     if (!fixes.empty()) {
-        if (auto opened = room.write_fixes_to(fixes); !opened) return give_up(opened.error());
+        auto file = FixFile::open(fixes);
+        if (!file) return give_up(file.error());
+        if (options.smooth) {
+            smoothed_file = std::move(*file);
+        } else {
+            runner.add_sink(std::move(*file), Overflow::wait);
+        }
     }
     if (options.page) {
         WebOutput web = site.outputs.web.value_or(WebOutput{});
         if (!options.host.empty()) web.host = options.host;
         if (options.port >= 0) web.port = options.port;
-        if (auto served = room.serve_page(web.host, web.port); !served) return give_up(served.error());
-        say(fmt::format("the map is at http://{}:{}", web.host, room.page_port()));
+        auto page = PageSink::serve(tracker, web.host, web.port);
+        if (!page) return give_up(page.error());
+        say(fmt::format("the map is at http://{}:{}", web.host, (*page)->port()));
+        runner.add_sink(std::move(*page), Overflow::drop_oldest, 1);
     }
-    if (auto ran = room.run_sources(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    if (auto ran = runner.run(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    Result<void> written = runner.finish_sinks();
     if (options.smooth) {
-        for (const Unsettled& part : room.write_smoothed(*options.smooth, progress_bar("smoothing"))) {
+        const Smoothed smoothed = smooth(tracker.tracker(), kept, *options.smooth, progress_bar("smoothing"));
+        for (const Unsettled& part : smoothed.unsettled) {
             say(fmt::format("{}: smoothing did not settle between {:.1f} s and {:.1f} s: the fixes of that time are the tracker's", part.robot,
                             to_seconds(part.from), to_seconds(part.to)));
         }
+        given = smoothed.fixes.size();
+        if (smoothed_file) written = smoothed_file->give({0, smoothed.fixes, {}});
     }
-    for (const SourceState& state : room.source_states()) {
-        const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
-        say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
-                        state.message));
-    }
-    if (room.stage_times().summary(Stage::moment).count > 0) say(room.stage_times().text());
-    for (const std::string& problem : room.line_problems()) say("not used: " + problem);
-    for (const std::string& suspicion : room.suspicious_inputs()) say("look at this: " + suspicion);
-    const TrackerCounts counts = room.tracker_counts();
-    if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
-    if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
-    if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
-    say(fmt::format("{} fixes given", room.fixes_given()));
-    for (const std::string& reason : room.robots_not_found()) say("without a fix at the end: " + reason);
-    return done;
+    say_what_happened(tracker, runner, given);
+    if (written) return done;
+    complain(written.error().message);
+    return failed;
 }
 
 }  // namespace roomfix

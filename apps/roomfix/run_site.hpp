@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
+#include "roomfix/smooth/smoother.hpp"
 
 namespace roomfix {
 
@@ -24,7 +25,7 @@ struct RunOptions {
 void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads);
 
 /// A camera's background from `for_all`, or from the site file. Without either it is learned while running.
-Result<void> learn_backgrounds(SiteRunner& runner, const Site& site, const std::vector<std::string>& for_all);
+Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all);
 
 /// Says on stderr what goes on, and returns the exit code.
 int run_site(const Site& site, const RunOptions& options);

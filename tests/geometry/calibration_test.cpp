@@ -54,7 +54,7 @@ TEST(LearnedCalibration, KeepsPoseAndIntrinsicsTied) {
     EXPECT_LT((learned.pose - known.root.topRows<6>() * mean).norm(), 1e-15);
     EXPECT_LT((learned.intrinsics - known.root.bottomRows<most_intrinsics>() * mean).norm(), 1e-12);
     EXPECT_EQ(learned.errors.covariance.bottomRightCorner(most_intrinsics - 5, most_intrinsics - 5).norm(), 0) << "exact numbers stay exact";
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> left(learned.pose_covariance);
+    const auto left = symmetric_eigen(learned.pose_covariance);
     EXPECT_GT(left.eigenvalues()[0], -1e-12);
 }
 

@@ -78,7 +78,7 @@ TEST(CameraErrors, AreFoundBesideACameraThatIsExact) {
     EXPECT_LT(found[0].sightings.doubted, 10);
     EXPECT_LT(error.dot(found[0].covariance.inverse() * error), 22.5);  // once in a thousand
     EXPECT_LT(found[0].covariance.trace(), 2.5) << "of 6 before";
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> spread(found[0].covariance);
+    const auto spread = symmetric_eigen(found[0].covariance);
     EXPECT_GT(spread.eigenvalues()[0], 0);
     EXPECT_LT(spread.eigenvalues()[5], 1 + 1e-9) << "nothing is known less than before";
 }
@@ -99,7 +99,7 @@ TEST(CameraErrors, WhatTwoRobotsTellIsAddedUp) {
     ASSERT_EQ(two.size(), 1U);
     EXPECT_GT(two[0].sightings.all, 1.8 * one[0].sightings.all) << "but for the moments until their wheels have told who is who";
     const Matrix6d more = two[0].covariance.inverse() - one[0].covariance.inverse();
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6d>(more).eigenvalues()[5], 5);
+    EXPECT_GT(symmetric_eigen(more).eigenvalues()[5], 5);
     EXPECT_LT(two[0].covariance.trace(), 0.9 * one[0].covariance.trace());
 }
 

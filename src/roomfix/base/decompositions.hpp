@@ -1,5 +1,5 @@
 // Eigen's decompositions. Those of the common sizes are compiled once, in cholesky.cpp, eigenvalues.cpp and lu_and_svd.cpp: compiled anew in each file that
-// uses them, they took half of the build.
+// uses them, they took half of the build. Of larger matrices use the decomposition of Eigen::MatrixXd: one more fixed size costs half a minute of compiling.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -37,10 +37,6 @@
 #define ROOMFIX_ALL_EIGENVALUES(declared) \
     ROOMFIX_EIGENVALUES(declared, 2)      \
     ROOMFIX_EIGENVALUES(declared, 3)      \
-    ROOMFIX_EIGENVALUES(declared, 4)      \
-    ROOMFIX_EIGENVALUES(declared, 6)      \
-    ROOMFIX_EIGENVALUES(declared, 9)      \
-    ROOMFIX_EIGENVALUES(declared, 12)     \
     ROOMFIX_EIGENVALUES(declared, Eigen::Dynamic)
 
 // The decomposition by singular values is that of Quaternion::FromTwoVectors.
@@ -57,3 +53,10 @@
 ROOMFIX_CHOLESKYS(extern template)
 ROOMFIX_ALL_EIGENVALUES(extern template)
 ROOMFIX_LU_AND_SVD(extern template)
+
+namespace roomfix {
+
+/// Eigenvalues (ascending) and eigenvectors (columns) of a symmetric matrix of any size.
+Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> symmetric_eigen(const Eigen::MatrixXd& symmetric);
+
+}  // namespace roomfix

@@ -100,7 +100,7 @@ bool visible(const std::vector<Linearised>& all) {
 bool fixes_pose(const Matrix6d& information) {
     const Vector6d scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Matrix6d unit = scale.asDiagonal() * information * scale.asDiagonal();
-    return Eigen::SelfAdjointEigenSolver<Matrix6d>(unit).eigenvalues()[0] > 1e-10;
+    return symmetric_eigen(unit).eigenvalues()[0] > 1e-10;
 }
 
 /// What errors add that all sightings of a source share; `own`: covariance of the pose without them.

@@ -192,7 +192,7 @@ LensSpread exact_board_spread(double noise) {
 
 Eigen::MatrixXd LensFit::covariance(double noise) const {
     const Scaled scaled(information);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(scaled.unit);
+    const auto spectrum = symmetric_eigen(scaled.unit);
     const Eigen::VectorXd inverse = spectrum.eigenvalues().cwiseMax(1e-15).cwiseInverse();
     const Eigen::MatrixXd axes = noise * scaled.scale.asDiagonal() * spectrum.eigenvectors();
     return axes * inverse.asDiagonal() * axes.transpose();

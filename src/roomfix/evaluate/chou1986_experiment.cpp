@@ -72,7 +72,7 @@ Coordinate coordinate_of(const std::vector<double>& values, double truth) {
 namespace {
 
 IntrinsicsMatrix square_root(const IntrinsicsMatrix& covariance) {
-    const Eigen::SelfAdjointEigenSolver<IntrinsicsMatrix> spectrum(covariance);
+    const auto spectrum = symmetric_eigen(covariance);
     return spectrum.eigenvectors() * spectrum.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 

@@ -37,7 +37,7 @@ CalibrationRoot calibration_root(const Matrix6d& pose, const IntrinsicsErrors& i
     whole.bottomRightCorner<most_intrinsics, most_intrinsics>() = own;
     // Directions of the unit errors by what they do: the strongest come last.
     const Eigen::Matrix<double, Eigen::Dynamic, camera_errors> done = effect * whole;
-    const Eigen::SelfAdjointEigenSolver<CameraErrors> directions(done.transpose() * done);
+    const auto directions = symmetric_eigen(done.transpose() * done);
     return whole * directions.eigenvectors().rightCols<6>();
 }
 
@@ -53,7 +53,8 @@ LearnedCalibration learned_calibration(const Matrix6d& pose, const IntrinsicsErr
     const IntrinsicsVector sigma = learned.errors.covariance.diagonal().cwiseMax(0).cwiseSqrt();
     const IntrinsicsVector per_sigma = (sigma.array() > 0).select(sigma.cwiseInverse(), 0.0);
     const IntrinsicsMatrix correlation = per_sigma.asDiagonal() * learned.errors.covariance * per_sigma.asDiagonal();
-    const IntrinsicsMatrix inverse = per_sigma.asDiagonal() * correlation.completeOrthogonalDecomposition().pseudoInverse() * per_sigma.asDiagonal();
+    const Eigen::MatrixXd pseudo_inverse = Eigen::MatrixXd(correlation).completeOrthogonalDecomposition().pseudoInverse();
+    const IntrinsicsMatrix inverse = per_sigma.asDiagonal() * pseudo_inverse * per_sigma.asDiagonal();
     const PoseByIntrinsics with = joint.topRightCorner<6, most_intrinsics>();
     learned.errors.pose_by = with * inverse;
     learned.pose_covariance = joint.topLeftCorner<6, 6>() - learned.errors.pose_by * with.transpose();

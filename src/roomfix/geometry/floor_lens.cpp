@@ -89,7 +89,7 @@ std::optional<FloorLens> lens_from_floor_points(const CameraModel& model, const 
         Numbers gradient = fit.gradient / variance;
         gradient.tail<most_intrinsics>() -= prior_information * (lens.model.intrinsics() - stated);
         damped.diagonal() *= 1 + damping;
-        const Numbers step = damped.ldlt().solve(gradient);
+        const Numbers step = Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(damped)).solve(Eigen::VectorXd(gradient));
         CameraModel next_model = lens.model;
         next_model.set_intrinsics(lens.model.intrinsics() + step.tail<most_intrinsics>());
         next_model.prepare();
@@ -113,7 +113,7 @@ std::optional<FloorLens> lens_from_floor_points(const CameraModel& model, const 
 
     Information information = fit.information / variance;
     information.bottomRightCorner<most_intrinsics, most_intrinsics>() += prior_information;
-    const Information covariance = information.inverse();
+    const Information covariance = Eigen::MatrixXd(information).inverse();
     const Matrix6d pose_information = fit.information.topLeftCorner<6, 6>();
     lens.intrinsics.covariance.topLeftCorner(numbers, numbers) = covariance.block(6, 6, numbers, numbers);
     lens.intrinsics.pose_by = -pose_information.ldlt().solve(fit.information.topRightCorner<6, most_intrinsics>());

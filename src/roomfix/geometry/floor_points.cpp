@@ -51,7 +51,7 @@ Eigen::Matrix3d homography(const Points& from, const Points& to) {
         rows.block<1, 3>(1, 6) = -b.y() * a.transpose();
         normal += rows.transpose() * rows;
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
+    const auto eigen = symmetric_eigen(normal);
     const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
     Eigen::Matrix3d inner;
     inner << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
@@ -177,7 +177,7 @@ Result<FloorPointsPose> camera_pose_from_floor_points(const CameraModel& model, 
     View view{model, {*start, Matrix6d::Zero()}};
     const auto fit = refine(view, points);
     if (!fit) return Error{"the camera pose could not be refined on the floor points: check the pixels and the intrinsics"};
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> spectrum(fit->information);
+    const auto spectrum = symmetric_eigen(fit->information);
     if (!(spectrum.eigenvalues()[0] > 1e-9 * spectrum.eigenvalues()[5])) {
         return Error{
             "the floor points do not fix the camera's pose (three of them on one line and the rest too close): add "

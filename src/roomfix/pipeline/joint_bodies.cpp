@@ -10,7 +10,7 @@ namespace roomfix {
 
 /// An outline that one of the cameras found.
 struct JointBodies::Outline {
-    CameraPost* post = nullptr;
+    CameraPipeline* camera = nullptr;
     SilhouetteObservation seen;
 };
 
@@ -22,8 +22,8 @@ bool JointBodies::agree(const std::vector<Outline>& outlines) {
     for (std::size_t a = 0; a < outlines.size(); ++a) {
         for (std::size_t b = a + 1; b < outlines.size(); ++b) {
             const double nats = nats_of_agreement(outlines[a].seen, outlines[b].seen);
-            outlines[a].post->note_exactness(outlines[a].seen.robot, nats);
-            outlines[b].post->note_exactness(outlines[b].seen.robot, nats);
+            outlines[a].camera->note_exactness(outlines[a].seen.robot, nats);
+            outlines[b].camera->note_exactness(outlines[b].seen.robot, nats);
             agree &= nats > contradiction;
         }
     }
@@ -31,11 +31,11 @@ bool JointBodies::agree(const std::vector<Outline>& outlines) {
 }
 
 /// Takes back outlines of one robot that contradict each other. Which of several look-alikes it is, cameras do not know.
-void JointBodies::compare_outlines(const std::vector<CameraPost*>& posts) const {
+void JointBodies::compare_outlines(const std::vector<CameraPipeline*>& cameras) const {
     std::vector<Outline> left;
-    for (CameraPost* post : posts) {
-        for (const SilhouetteObservation& seen : post->outlines()) {
-            if (!robots_[static_cast<std::size_t>(seen.robot)].many) left.push_back({post, seen});
+    for (CameraPipeline* camera : cameras) {
+        for (const SilhouetteObservation& seen : camera->outlines()) {
+            if (!robots_[static_cast<std::size_t>(seen.robot)].many) left.push_back({camera, seen});
         }
     }
     while (!left.empty()) {
@@ -47,76 +47,76 @@ void JointBodies::compare_outlines(const std::vector<CameraPost*>& posts) const 
         const std::vector<Outline> of_one(left.begin(), other);
         left.erase(left.begin(), other);
         if (agree(of_one)) continue;
-        for (const Outline& o : of_one) o.post->replace_outline(o.seen.robot, nullptr);
+        for (const Outline& o : of_one) o.camera->replace_outline(o.seen.robot, nullptr);
     }
 }
 
 /// Whether a robot is the very solid that is described is the same for all cameras: one alone may find its outline by chance.
-void JointBodies::share_exactness(const std::vector<CameraPost*>& posts) const {
+void JointBodies::share_exactness(const std::vector<CameraPipeline*>& cameras) const {
     for (std::size_t r = 0; r < robots_.size(); ++r) {
         const int robot = static_cast<int>(r);
         double all = 0;
-        for (const CameraPost* post : posts) all += post->own_exactness(robot);
-        for (CameraPost* post : posts) post->set_exactness_to_others(robot, all - post->own_exactness(robot));
+        for (const CameraPipeline* camera : cameras) all += camera->own_exactness(robot);
+        for (CameraPipeline* camera : cameras) camera->set_exactness_to_others(robot, all - camera->own_exactness(robot));
     }
 }
 
-JointSighting JointBodies::find(const std::vector<CameraPost*>& posts, const std::vector<LumaView>& frames, const Expectation& expected) {
-    compare_outlines(posts);
-    share_exactness(posts);
+JointSighting JointBodies::find(const std::vector<CameraPipeline*>& cameras, const std::vector<LumaView>& frames, const Expectation& expected) {
+    compare_outlines(cameras);
+    share_exactness(cameras);
     JointSighting together;
     std::vector<KnownRobot> known;
     std::vector<SeenBy> moment;
     std::vector<char> wanted;
     for (const SiteRobot& robot : robots_) wanted.push_back(!robot.many);
-    for (CameraPost* post : posts) {
-        moment.push_back({&post->view(), &post->evidence(), &walls_});
-        together.source += (together.source.empty() ? "" : "+") + post->id();
-        for (const SilhouetteObservation& o : post->outlines()) {
+    for (CameraPipeline* camera : cameras) {
+        moment.push_back({&camera->view(), &camera->evidence(), &walls_});
+        together.source += (together.source.empty() ? "" : "+") + camera->id();
+        for (const SilhouetteObservation& o : camera->outlines()) {
             if (!o.doubtful) wanted[static_cast<std::size_t>(o.robot)] = 0;
             known.push_back(known_by_outline(o));
         }
         for (std::size_t r = 0; r < robots_.size(); ++r) {
-            if (post->sees_tag_of(static_cast<int>(r))) wanted[r] = 0;
+            if (camera->sees_tag_of(static_cast<int>(r))) wanted[r] = 0;
         }
     }
     for (const BodySighting& body : observer_.find(moment, wanted, known, expected)) {
         const Body& shape = observer_.body(body.robot);
         bool exact = false;
-        for (std::size_t c = 0; c < posts.size(); ++c) {
-            const auto& outlines = posts[c]->outlines();
+        for (std::size_t c = 0; c < cameras.size(); ++c) {
+            const auto& outlines = cameras[c]->outlines();
             const auto outline = std::find_if(outlines.begin(), outlines.end(), [&](const auto& o) { return o.robot == body.robot; });
             if (outline == outlines.end()) continue;
             if (observer_.agrees(moment, body.robot, outline->pose, body.place)) {
                 exact = true;
             } else {
-                posts[c]->replace_outline(body.robot, nullptr);
+                cameras[c]->replace_outline(body.robot, nullptr);
             }
         }
         if (!exact) {
             std::vector<Outline> found;
-            for (std::size_t c = 0; c < posts.size(); ++c) {
+            for (std::size_t c = 0; c < cameras.size(); ++c) {
                 if (!body.place.seen[c]) continue;
-                const auto outline = posts[c]->outline_at(frames[c], body, observer_.standing());
-                if (outline && observer_.agrees(moment, body.robot, outline->pose, body.place)) found.push_back({posts[c], *outline});
+                const auto outline = cameras[c]->outline_at(frames[c], body, observer_.standing());
+                if (outline && observer_.agrees(moment, body.robot, outline->pose, body.place)) found.push_back({cameras[c], *outline});
             }
             exact = !found.empty() && agree(found);
-            for (std::size_t o = 0; o < found.size() && exact; ++o) found[o].post->add_outline(found[o].seen);
+            for (std::size_t o = 0; o < found.size() && exact; ++o) found[o].camera->add_outline(found[o].seen);
         }
         if (exact) continue;
-        for (std::size_t c = 0; c < posts.size(); ++c) {
+        for (std::size_t c = 0; c < cameras.size(); ++c) {
             if (!body.place.seen[c]) continue;
-            const SilhouetteObservation drawn = observation_of(body, shape, posts[c]->view());
-            posts[c]->replace_outline(body.robot, &drawn);
+            const SilhouetteObservation drawn = observation_of(body, shape, cameras[c]->view());
+            cameras[c]->replace_outline(body.robot, &drawn);
         }
-        together.robots.push_back(poses_of({observation_of(body, shape, posts[0]->view())}).front());
+        together.robots.push_back(poses_of({observation_of(body, shape, cameras[0]->view())}).front());
     }
     together.things = observer_.things();
-    for (CameraPost* post : posts) {
-        const auto& outlines = post->outlines();
+    for (CameraPipeline* camera : cameras) {
+        const auto& outlines = camera->outlines();
         for (std::size_t i = outlines.size(); i-- > 0;) {  // from the end: each takes only itself out of the list
             const KnownRobot outline = known_by_outline(outlines[i]);
-            if (!outline.sure && !observer_.holds(outline)) post->replace_outline(outline.robot, nullptr);
+            if (!outline.sure && !observer_.holds(outline)) camera->replace_outline(outline.robot, nullptr);
         }
     }
     return together;

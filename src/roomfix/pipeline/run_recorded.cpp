@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "roomfix/pipeline/recorded_frames.hpp"
-#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
@@ -19,22 +19,15 @@ void wait_until(double due, const std::atomic<bool>& stop) {
 
 }  // namespace
 
-/// Recordings may have gaps of any length.
-void SiteRunner::go_on(Nanoseconds time) {
-    tell_until(time);
-    const std::lock_guard lock(mutex_);
-    tracker_.go_on(time);
-}
-
 /// Round by round, so that the fixes do not depend on the number of threads.
-Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
-                                      const std::function<void(double)>& progress) {
+Result<void> SourceRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
+                                        const std::function<void(double)>& progress) {
     std::vector<FrameCount> counts(sources.size());
     std::optional<Pace> pace;
     RecordedFrames::Listener listener;
-    listener.failed = [this](std::size_t i, const std::string& message) { set_source_state(i, "failed", message); };
-    listener.ended = [this](std::size_t i) { set_source_state(i, "ended", "the recording ended"); };
-    listener.decoded = [this](double seconds) { times_.add(Stage::decode, seconds); };
+    listener.failed = [this](std::size_t i, const std::string& message) { tracker_.set_camera_state(i, "failed", message); };
+    listener.ended = [this](std::size_t i) { tracker_.set_camera_state(i, "ended", "the recording ended"); };
+    listener.decoded = [this](double seconds) { tracker_.stage_times().add(Stage::decode, seconds); };
     listener.too_late = [&](std::size_t i, Nanoseconds time) {
         const bool late = settings.on_time && pace && wall_clock() > pace->wall_of(time) + too_late;
         counts[i].came += late;
@@ -48,7 +41,7 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
         const Nanoseconds first = frames.time_of(round.front());
         if (settings.speed > 0) {
             if (!pace) pace = Pace{wall_clock(), first, settings.speed};
-            if (settings.on_time && !pace_) pace_ = pace;
+            if (settings.on_time && !tracker_.measures_latency()) tracker_.measure_latency(*pace);
             wait_until(pace->wall_of(frames.time_of(round.back())), stop);
         }
         std::vector<SourceFrame> taken;
@@ -59,15 +52,16 @@ Result<void> SiteRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>>&
             ++counts[camera].came;
             looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time});
         }
-        go_on(first);
-        auto fed = feed(looked_at, pool);
+        process_senses_until(first);
+        tracker_.go_on(first);
+        auto fed = tracker_.process(looked_at, pool);
         if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will
         pool.run(static_cast<int>(round.size()), [&](int job) { frames.advance(round[static_cast<std::size_t>(job)]); });
-        for (const std::size_t camera : round) count_dropped(camera, counts[camera]);
+        for (const std::size_t camera : round) tracker_.count_dropped(camera, counts[camera].came, counts[camera].dropped);
         done += static_cast<double>(round.size());
         if (progress) progress(std::min(1.0, done / std::max(frames.total(), 1.0)));
     }
-    if (!stop) tell_until(std::numeric_limits<Nanoseconds>::max());
+    if (!stop) process_senses_until(std::numeric_limits<Nanoseconds>::max());
     return {};
 }
 

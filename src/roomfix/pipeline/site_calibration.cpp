@@ -13,7 +13,7 @@ namespace {
 /// Means are spread as widely as the errors were before, less what is left of them.
 double surprise_of(const SixErrors& errors) {
     constexpr double learned_little = 0.05;  // of a variance of 1
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> spread(Matrix6d::Identity() - errors.covariance);
+    const auto spread = symmetric_eigen(Matrix6d::Identity() - errors.covariance);
     double most = 0;
     for (int i = 0; i < 6; ++i) {
         const double variance = spread.eigenvalues()[i];

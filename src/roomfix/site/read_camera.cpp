@@ -32,7 +32,7 @@ std::optional<Matrix6d> read_covariance(YamlReader& reader, const YAML::Node& no
     const Matrix6d p = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(c->data());
     const double largest = p.cwiseAbs().maxCoeff();
     const bool symmetric = (p - p.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * largest;
-    if (!symmetric || Eigen::SelfAdjointEigenSolver<Matrix6d>(p).eigenvalues()[0] < -1e-9 * largest) {
+    if (!symmetric || symmetric_eigen(p).eigenvalues()[0] < -1e-9 * largest) {
         reader.error(node["covariance"], what +
                                              ".covariance is not symmetric and positive: write it row by row, "
                                              "order x, y, z, rotation about x, y, z");
@@ -140,7 +140,7 @@ void read_lens(YamlReader& reader, const YAML::Node& node, const std::filesystem
     const Eigen::VectorXd sigma = p.diagonal().cwiseMax(0).cwiseSqrt().cwiseMax(1e-300);
     const Eigen::MatrixXd correlation = sigma.cwiseInverse().asDiagonal() * p * sigma.cwiseInverse().asDiagonal();
     const bool symmetric = (correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= 1e-6;
-    if (!symmetric || p.diagonal().minCoeff() < 0 || Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues()[0] < -1e-6) {
+    if (!symmetric || p.diagonal().minCoeff() < 0 || symmetric_eigen(correlation).eigenvalues()[0] < -1e-6) {
         reader.error(intrinsics["covariance"],
                      what + ".intrinsics.covariance is not symmetric and positive: write it row by row, order fx, fy, cx, cy, then the distortion's numbers");
         return;

@@ -1,5 +1,5 @@
 // A site at work on frames of one's own: overload, threads, latency.
-#include "roomfix/pipeline/site_runner.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
 
 #include <gtest/gtest.h>
 
@@ -130,44 +130,44 @@ TEST(LiveFrames, ReportsFramesThatCannotBeReadAndEndsWhenAsked) {
 }
 
 /// A recording that is run by the clock, far faster than it can be read: frames are dropped, and the runner says so.
-TEST(SiteRunner, SaysSoWhereItCannotKeepUp) {
-    auto runner = SiteRunner::create(hall(1));
-    ASSERT_TRUE(runner) << runner.error().message;
+TEST(SourceRunner, SaysSoWhereItCannotKeepUp) {
+    auto tracker = SiteTracker::create(hall(1));
+    ASSERT_TRUE(tracker) << tracker.error().message;
     std::vector<std::unique_ptr<FrameSource>> sources;
     sources.push_back(std::make_unique<GreyFrames>(800, 0.1, false, 1'000'000'000, 160, 0.001));
     std::atomic<bool> stop{false};
     RunSettings settings;
     settings.speed = 1e6;
     settings.on_time = true;
-    ASSERT_TRUE((*runner)->run_sources(std::move(sources), settings, stop));
-    const SourceState state = (*runner)->source_states().front();
+    ASSERT_TRUE(SourceRunner(**tracker).run(std::move(sources), settings, stop));
+    const CameraState state = (*tracker)->camera_states().front();
     EXPECT_GT(state.dropped, 0);
     EXPECT_EQ(state.frames + state.dropped, 800);
 }
 
-TEST(SiteRunner, DropsNothingOfARecordingThatIsRunWithoutAClock) {
+TEST(SourceRunner, DropsNothingOfARecordingThatIsRunWithoutAClock) {
     for (const double speed : {0.0, 1e5}) {
-        auto runner = SiteRunner::create(hall(1));
-        ASSERT_TRUE(runner);
+        auto tracker = SiteTracker::create(hall(1));
+        ASSERT_TRUE(tracker);
         std::vector<std::unique_ptr<FrameSource>> sources;
         sources.push_back(std::make_unique<GreyFrames>(500, 0.1, false, 1'000'000'000));
         std::atomic<bool> stop{false};
         RunSettings settings;
         settings.speed = speed;
-        ASSERT_TRUE((*runner)->run_sources(std::move(sources), settings, stop));
-        EXPECT_EQ((*runner)->source_states().front().frames, 500);
-        EXPECT_EQ((*runner)->source_states().front().dropped, 0);
+        ASSERT_TRUE(SourceRunner(**tracker).run(std::move(sources), settings, stop));
+        EXPECT_EQ((*tracker)->camera_states().front().frames, 500);
+        EXPECT_EQ((*tracker)->camera_states().front().dropped, 0);
     }
 }
 
-TEST(SiteRunner, FramesOfAWrongSizeAreRefusedWithTheCure) {
-    auto runner = SiteRunner::create(hall(2));
-    ASSERT_TRUE(runner);
+TEST(SourceRunner, FramesOfAWrongSizeAreRefusedWithTheCure) {
+    auto tracker = SiteTracker::create(hall(2));
+    ASSERT_TRUE(tracker);
     std::vector<std::unique_ptr<FrameSource>> sources;
     sources.push_back(std::make_unique<GreyFrames>(5, 0.1, false, 1'000'000'000, 200));
     sources.push_back(std::make_unique<GreyFrames>(5, 0.1, false, 1'000'000'000));
     std::atomic<bool> stop{false};
-    const auto done = (*runner)->run_sources(std::move(sources), {0, false, 2}, stop);
+    const auto done = SourceRunner(**tracker).run(std::move(sources), {0, false, 2}, stop);
     ASSERT_FALSE(done);
     EXPECT_NE(done.error().message.find("camera hall1: the frame is 200 x 120 pixels, the site file says 160 x 120"), std::string::npos);
 }

@@ -27,12 +27,21 @@ struct FrameHints {
     std::optional<PoseObservation> expected;  // where that robot should be
 };
 
+/// A frame as it is shown, with what was seen in it.
+struct ShownFrame {
+    LumaImage picture;
+    std::vector<SilhouetteObservation> outlines;
+    OnboardResult onboard;
+    TagCameraResult by_tags;
+    CornerCameraResult corner;
+};
+
 /// Fixed, with an observer of outlines; on a robot, with a locator of landmarks; or one that looks for tags, and where it sees none for
 /// corners.
-class CameraPost {
+class CameraPipeline {
 public:
     /// Null for a camera that finds no robot. An error if what the site says about it does not fit together.
-    static Result<std::unique_ptr<CameraPost>> create(const Site& site, const SiteCamera& camera);
+    static Result<std::unique_ptr<CameraPipeline>> create(const Site& site, const SiteCamera& camera);
 
     const SiteCamera& camera() const { return camera_; }
     const std::string& id() const { return camera_.id; }
@@ -69,24 +78,17 @@ public:
     /// Why the last frame showed no robot; empty if it did.
     const std::string& reason() const;
 
-    /// Keeps the last frame and what was seen in it for the page.
-    void show(LumaView frame);
-    const LumaImage& shown_frame() const { return shown_frame_; }
-    /// What the page draws into the picture, as fields of the camera's state.
-    void add_drawings(const Site& site, nlohmann::json& state) const;
+    /// The last frame and what was seen in it.
+    ShownFrame shown(LumaView frame) const { return {copy_of(frame), result_.observations, onboard_, by_tags_, corner_}; }
+    /// What a page draws into a picture of this camera, as fields of the camera's state. May be called while the camera works.
+    void add_drawings(const ShownFrame& shown, nlohmann::json& state) const;
 
 private:
-    struct Seen {
-        std::vector<SilhouetteObservation> outlines;
-        OnboardResult onboard;
-        TagCameraResult by_tags;
-        CornerCameraResult corner;
-    };
-    CameraPost(const SiteCamera& camera, const std::vector<SiteRobot>& robots) : camera_(camera), robots_(robots) {}
+    CameraPipeline(const SiteCamera& camera, const std::vector<SiteRobot>& robots) : camera_(camera), robots_(robots) {}
     void watch(const PictureView& frame, const FrameHints& hints);
-    nlohmann::json landmark_drawing() const;
-    nlohmann::json tag_drawing() const;
-    nlohmann::json corner_drawing() const;
+    nlohmann::json landmark_drawing(const ShownFrame& shown) const;
+    nlohmann::json tag_drawing(const ShownFrame& shown) const;
+    nlohmann::json corner_drawing(const ShownFrame& shown) const;
 
     SiteCamera camera_;
     std::vector<SiteRobot> robots_;
@@ -102,8 +104,6 @@ private:
     OnboardResult onboard_;
     TagCameraResult by_tags_;
     CornerCameraResult corner_;
-    LumaImage shown_frame_;
-    Seen shown_;
 };
 
 }  // namespace roomfix

@@ -1,10 +1,14 @@
 // What the page is told: the site once, the state several times a second. Documented in docs/formats.md.
+#include "roomfix/pipeline/page_sink.hpp"
+
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/error_map.hpp"
 #include "roomfix/pipeline/page_numbers.hpp"
-#include "roomfix/pipeline/site_runner.hpp"
 
 namespace roomfix {
 namespace {
@@ -76,37 +80,39 @@ json shape_json(const Shape& shape) {
 
 }  // namespace
 
-std::string SiteRunner::site_json() const {
-    json site = {{"name", site_.name},         {"walls", json::array()},   {"cameras", json::array()}, {"robots", json::object()},
+std::string PageSink::site_json() const {
+    const Site& described = tracker_.site();
+    json site = {{"name", described.name},     {"walls", json::array()},   {"cameras", json::array()}, {"robots", json::object()},
                  {"landmarks", json::array()}, {"beacons", json::array()}, {"corners", json::array()}};
-    for (const Polyline& line : site_.walls) {
+    for (const Polyline& line : described.walls) {
         json polyline = json::array();
         for (const auto& p : line) polyline.push_back(point(p));
         site["walls"].push_back(polyline);
     }
-    for (const auto& station : stations_) {
-        const CameraPost& post = *station->post;
-        json camera = {{"id", post.id()}, {"width", post.camera().model.width}, {"height", post.camera().model.height}};
-        if (post.is_fixed()) {
-            camera["position"] = point(post.view().position().head<2>());
-            camera["view"] = field_of_view(post.view(), site_.walls);
-            camera["errors"] = errors_json(post.view(), site_.walls);
+    for (std::size_t c = 0; c < tracker_.cameras(); ++c) {
+        const CameraPipeline& pipeline = tracker_.pipeline(c);
+        const CameraModel& model = pipeline.camera().model;
+        json camera = {{"id", pipeline.id()}, {"width", model.width}, {"height", model.height}};
+        if (pipeline.is_fixed()) {
+            camera["position"] = point(pipeline.view().position().head<2>());
+            camera["view"] = field_of_view(pipeline.view(), described.walls);
+            camera["errors"] = errors_json(pipeline.view(), described.walls);
         } else {
-            camera["robot"] = site_.robots[static_cast<std::size_t>(post.robot())].id;
+            camera["robot"] = described.robots[static_cast<std::size_t>(pipeline.robot())].id;
         }
         site["cameras"].push_back(camera);
     }
-    for (const SiteRobot& robot : site_.robots) {
+    for (const SiteRobot& robot : described.robots) {
         site["robots"][robot.id] = shape_json(robot.shape);
         site["robots"][robot.id]["many"] = robot.many;
     }
-    for (const SiteLandmark& landmark : site_.landmarks) {
+    for (const SiteLandmark& landmark : described.landmarks) {
         json points = json::array();
         for (const auto& p : map_points(landmark)) points.push_back(point(p.head<2>()));
         site["landmarks"].push_back({{"id", landmark.id}, {"points", points}});
     }
-    for (const SiteBeacon& beacon : site_.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
-    for (const SiteCorner& corner : site_.corners) {
+    for (const SiteBeacon& beacon : described.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
+    for (const SiteCorner& corner : described.corners) {
         constexpr double arm = 0.35;  // m, of its edges on the map
         const Eigen::Vector2d at = corner.position.head<2>();
         const auto along = [&](double angle) { return point(at + arm * Eigen::Vector2d(std::cos(angle), std::sin(angle))); };
@@ -115,24 +121,19 @@ std::string SiteRunner::site_json() const {
     return site.dump();
 }
 
-/// The circles on the floor plan that a robot's ranges draw around the beacons.
-nlohmann::json SiteRunner::ranges_json(Nanoseconds time) const {
-    json circles = json::array();
-    for (std::size_t r = 0; r < site_.robots.size(); ++r) {
-        const SiteRobot& robot = site_.robots[r];
-        for (const RangeObservation& range : ears_.near(static_cast<int>(r), time)) {
-            const SiteBeacon& beacon = site_.beacons[static_cast<std::size_t>(range.beacon)];
-            const double rise = beacon.position.z() - robot.receiver()->position.z();
-            const double radius = std::sqrt(std::max(range.range * range.range - rise * rise, 0.0));
-            circles.push_back({{"robot", robot.id}, {"beacon", beacon.id}, {"radius", rounded(radius, 1e-3)}});
-        }
-    }
-    return circles;
+/// The circle on the floor plan that a range draws around its beacon.
+static json range_json(const Site& site, const RangeObservation& range) {
+    const SiteBeacon& beacon = site.beacons[static_cast<std::size_t>(range.beacon)];
+    const SiteRobot& robot = site.robots[static_cast<std::size_t>(range.robot)];
+    const double rise = beacon.position.z() - robot.receiver()->position.z();
+    const double radius = std::sqrt(std::max(range.range * range.range - rise * rise, 0.0));
+    return {{"robot", robot.id}, {"beacon", beacon.id}, {"radius", rounded(radius, 1e-3)}};
 }
 
-std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fixes) const {
-    json state = {{"time", to_seconds(time)}, {"robots", json::array()}, {"cameras", json::array()}};
-    for (const Fix& fix : fixes) {
+std::string PageSink::state_json(const FixBatch& batch) const {
+    const SiteSnapshot site = tracker_.snapshot(batch.time);
+    json state = {{"time", to_seconds(batch.time)}, {"robots", json::array()}, {"cameras", json::array()}, {"ranges", json::array()}};
+    for (const Fix& fix : batch.all) {
         if (fix.status == FixStatus::none) continue;
         json robot = {{"id", fix.robot},
                       {"status", fix.unknown                   ? "unknown"
@@ -146,21 +147,43 @@ std::string SiteRunner::state_json(Nanoseconds time, const std::vector<Fix>& fix
         if (fix.identity < 0.999) robot["identity"] = rounded(fix.identity, 1e-3);
         state["robots"].push_back(robot);
     }
-    for (const auto& station : stations_) {
-        const SourceState& source = station->state;
+    for (std::size_t c = 0; c < site.cameras.size(); ++c) {
+        const CameraState& source = site.cameras[c];
         json camera = {{"id", source.id},         {"status", source.status},           {"message", source.message},
                        {"frames", source.frames}, {"rate", rounded(source.rate, 0.1)}, {"busy_ms", rounded(1e3 * source.busy, 0.01)}};
         if (source.dropped > 0) camera["dropped"] = source.dropped;
-        station->post->add_drawings(site_, camera);
+        tracker_.pipeline(c).add_drawings(site.frames[c] ? *site.frames[c] : ShownFrame(), camera);
         state["cameras"].push_back(camera);
     }
-    state["ranges"] = ranges_json(time);
+    for (const RangeObservation& range : site.ranges) state["ranges"].push_back(range_json(tracker_.site(), range));
+    const StageTimes& times = tracker_.stage_times();
     for (std::size_t s = 0; s < stages; ++s) {
-        const StageSummary stage = times_.summary(static_cast<Stage>(s));
+        const StageSummary stage = times.summary(static_cast<Stage>(s));
         if (stage.count == 0) continue;
         state["stages"][name_of(static_cast<Stage>(s))] = {rounded(1e3 * stage.median, 0.01), rounded(1e3 * stage.p95, 0.01), rounded(1e3 * stage.p99, 0.01)};
     }
     return state.dump();
+}
+
+std::vector<std::uint8_t> PageSink::picture_of(const std::string& camera) const {
+    const auto shown = tracker_.shown_frame(camera);
+    return shown ? encode_jpeg(shown->picture, 80) : std::vector<std::uint8_t>();
+}
+
+Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const std::string& host, int port) {
+    std::unique_ptr<PageSink> page(new PageSink(tracker));
+    tracker.keep_frames();
+    page->server_.set_site(page->site_json());
+    page->server_.set_picture_source([shown = page.get()](const std::string& camera) { return shown->picture_of(camera); });
+    if (auto started = page->server_.start(host, port); !started) return started.error();
+    return page;
+}
+
+Result<void> PageSink::give(const FixBatch& batch) {
+    constexpr auto least_interval = std::chrono::milliseconds(60);  // a screen needs no more
+    server_.publish(state_json(batch));
+    std::this_thread::sleep_for(least_interval);
+    return {};
 }
 
 }  // namespace roomfix

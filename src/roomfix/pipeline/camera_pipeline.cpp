@@ -1,4 +1,4 @@
-#include "roomfix/pipeline/camera_post.hpp"
+#include "roomfix/pipeline/camera_pipeline.hpp"
 
 #include <algorithm>
 
@@ -6,40 +6,41 @@
 #include "roomfix/overhead/robot_tag.hpp"
 
 namespace roomfix {
-Result<std::unique_ptr<CameraPost>> CameraPost::create(const Site& site, const SiteCamera& camera) {
-    std::unique_ptr<CameraPost> post(new CameraPost(camera, site.robots));
+
+Result<std::unique_ptr<CameraPipeline>> CameraPipeline::create(const Site& site, const SiteCamera& camera) {
+    std::unique_ptr<CameraPipeline> pipeline(new CameraPipeline(camera, site.robots));
     const bool tags = looks_for_tags(site, camera);
     if (const auto* height = std::get_if<KnownHeight>(&camera.placement); height && ((site.corners.empty() && !tags) || height->robot.empty())) {
-        return std::unique_ptr<CameraPost>();
+        return std::unique_ptr<CameraPipeline>();
     }
-    if (tags) post->tag_camera_ = std::make_unique<TagCamera>(site, camera);
-    if (tags && site.corners.empty()) return post;
+    if (tags) pipeline->tag_camera_ = std::make_unique<TagCamera>(site, camera);
+    if (tags && site.corners.empty()) return pipeline;
     if (looks_for_corners(site, camera)) {
         auto corners = CornerCamera::for_camera(site, camera);
         if (!corners) return corners.error();
-        post->corners_ = std::move(*corners);
+        pipeline->corners_ = std::move(*corners);
     } else if (std::holds_alternative<Mount>(camera.placement)) {
         auto locator = OnboardLocator::for_camera(site, camera);
         if (!locator) return locator.error();
-        post->locator_ = std::move(*locator);
+        pipeline->locator_ = std::move(*locator);
     } else {
         const auto view = fixed_view(camera);
         if (!view) return view.error();
-        post->observer_ = std::make_unique<OverheadObserver>(*view, site.robots);
-        post->observer_->set_walls(site.walls);
+        pipeline->observer_ = std::make_unique<OverheadObserver>(*view, site.robots);
+        pipeline->observer_->set_walls(site.walls);
         const bool tagged = std::any_of(site.robots.begin(), site.robots.end(), [](const SiteRobot& r) { return r.tag.has_value(); });
-        if (tagged) post->tags_.emplace(site.tag_families());
+        if (tagged) pipeline->tags_.emplace(site.tag_families());
     }
-    return post;
+    return pipeline;
 }
 
-int CameraPost::robot() const {
+int CameraPipeline::robot() const {
     if (locator_) return locator_->robot();
     if (tag_camera_) return tag_camera_->robot();
     return corners_ ? corners_->robot() : -1;
 }
 
-double CameraPost::look(const PictureView& frame, Nanoseconds time, const FrameHints& hints) {
+double CameraPipeline::look(const PictureView& frame, Nanoseconds time, const FrameHints& hints) {
     const double frozen = frozen_.seconds(frame.grey, time);
     if (frozen > frozen_after) return frozen;
     if (observer_) watch(frame, hints);
@@ -59,7 +60,7 @@ double CameraPost::look(const PictureView& frame, Nanoseconds time, const FrameH
 }
 
 /// Outlines, and the tags of robots that wear one. A tag says more than an outline.
-void CameraPost::watch(const PictureView& frame, const FrameHints& hints) {
+void CameraPipeline::watch(const PictureView& frame, const FrameHints& hints) {
     observer_->set_elsewhere(hints.elsewhere);
     observer_->set_expected(hints.robots);
     observer_->look_for_bodies(hints.bodies);
@@ -77,7 +78,7 @@ void CameraPost::watch(const PictureView& frame, const FrameHints& hints) {
     }
 }
 
-void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
+void CameraPipeline::tell(Tracker& tracker, Nanoseconds time) const {
     if (observer_) tracker.see(time, id(), poses_);
     for (const TagSighting& tag : tagged_) tracker.see(time, id(), tag);
     if (locator_ && !onboard_.located.places.empty()) {
@@ -101,30 +102,25 @@ void CameraPost::tell(Tracker& tracker, Nanoseconds time) const {
     }
 }
 
-bool CameraPost::sees_tag_of(int robot) const {
+bool CameraPipeline::sees_tag_of(int robot) const {
     return std::any_of(tagged_.begin(), tagged_.end(), [&](const TagSighting& t) { return t.robot == robot; });
 }
 
-void CameraPost::replace_outline(int robot, const SilhouetteObservation* seen) {
+void CameraPipeline::replace_outline(int robot, const SilhouetteObservation* seen) {
     std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == robot; });
     std::erase_if(result_.observations, [&](const SilhouetteObservation& o) { return o.robot == robot; });
     if (seen) result_.observations.push_back(*seen);
 }
 
-void CameraPost::add_outline(const SilhouetteObservation& outline) {
+void CameraPipeline::add_outline(const SilhouetteObservation& outline) {
     result_.observations.push_back(outline);
     poses_.push_back(poses_of({outline}).front());
 }
 
-const std::string& CameraPost::reason() const {
+const std::string& CameraPipeline::reason() const {
     if (observer_) return result_.reason;
     if (corners_) return corner_.located.reason;
     return tag_camera_ ? by_tags_.located.reason : onboard_.located.reason;
-}
-
-void CameraPost::show(LumaView frame) {
-    shown_frame_ = copy_of(frame);
-    shown_ = {result_.observations, onboard_, by_tags_, corner_};
 }
 
 }  // namespace roomfix

@@ -1,0 +1,30 @@
+// Where fixes go: files, the page, whatever else.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "roomfix/base/result.hpp"
+#include "roomfix/observation/fix.hpp"
+
+namespace roomfix {
+
+/// The fixes of one moment.
+struct FixBatch {
+    Nanoseconds time = 0;
+    std::vector<Fix> given;  // those that are due: of robots that this moment says something about, and of lost ones
+    std::vector<Fix> all;    // of every robot at that time, also those without a place
+};
+
+/// A sink works in a thread of its own (`SinkQueue`): it may be slow, stand still or fail without anything else noticing.
+class FixSink {
+public:
+    virtual ~FixSink() = default;
+    /// One batch after the other, in the order in which they came. An error says in words what was lost and what to do; it is told once, and the
+    /// next batch is tried again.
+    virtual Result<void> give(const FixBatch& batch) = 0;
+    /// After the last batch.
+    virtual Result<void> finish() { return {}; }
+};
+
+}  // namespace roomfix

@@ -1,0 +1,66 @@
+#include "roomfix/pipeline/sink_queue.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace roomfix {
+
+SinkQueue::SinkQueue(std::unique_ptr<FixSink> sink, std::size_t capacity, Overflow overflow)
+    : sink_(std::move(sink)), capacity_(std::max<std::size_t>(capacity, 1)), overflow_(overflow), thread_([this] { work(); }) {}
+
+SinkQueue::~SinkQueue() { (void)finish(); }
+
+void SinkQueue::give(const FixBatch& batch) {
+    {
+        std::unique_lock lock(mutex_);
+        if (overflow_ == Overflow::wait) {
+            changed_.wait(lock, [this] { return waiting_.size() < capacity_; });
+        } else if (waiting_.size() >= capacity_) {
+            waiting_.pop_front();
+            ++dropped_;
+        }
+        waiting_.push_back(batch);
+    }
+    changed_.notify_all();
+}
+
+void SinkQueue::work() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+        changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+        if (waiting_.empty()) return;
+        const FixBatch batch = std::move(waiting_.front());
+        waiting_.pop_front();
+        lock.unlock();
+        changed_.notify_all();
+        const Result<void> given = sink_->give(batch);
+        lock.lock();
+        keep_error(given);
+    }
+}
+
+/// The mutex is held.
+void SinkQueue::keep_error(const Result<void>& result) {
+    if (!result && !error_) error_ = result.error();
+}
+
+Result<void> SinkQueue::finish() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) {
+        thread_.join();
+        keep_error(sink_->finish());
+    }
+    if (error_) return *error_;
+    return {};
+}
+
+long SinkQueue::dropped() const {
+    const std::lock_guard lock(mutex_);
+    return dropped_;
+}
+
+}  // namespace roomfix

@@ -1,0 +1,54 @@
+// A sink's queue and its thread: what gives the fixes never waits for a slow sink, unless nothing may be lost.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "roomfix/pipeline/fix_sink.hpp"
+
+namespace roomfix {
+
+/// What happens where the queue is full.
+enum class Overflow {
+    wait,         // whoever gives fixes waits: of a recording nothing is lost
+    drop_oldest,  // the oldest batch that waits is thrown away and counted
+};
+
+class SinkQueue {
+public:
+    /// `capacity`: batches that may wait, at least 1.
+    SinkQueue(std::unique_ptr<FixSink> sink, std::size_t capacity, Overflow overflow);
+    ~SinkQueue();
+    SinkQueue(const SinkQueue&) = delete;
+    SinkQueue& operator=(const SinkQueue&) = delete;
+
+    /// From any thread.
+    void give(const FixBatch& batch);
+    /// Waits until all that was given has been passed on, and ends the thread. The first error of the sink.
+    Result<void> finish();
+    /// Batches that were thrown away.
+    long dropped() const;
+
+private:
+    void work();
+    void keep_error(const Result<void>& result);
+
+    std::unique_ptr<FixSink> sink_;
+    std::size_t capacity_;
+    Overflow overflow_;
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<FixBatch> waiting_;
+    std::optional<Error> error_;  // the first
+    long dropped_ = 0;
+    bool ending_ = false;
+    std::thread thread_;
+};
+
+}  // namespace roomfix

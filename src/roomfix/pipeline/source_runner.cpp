@@ -1,0 +1,148 @@
+#include "roomfix/pipeline/source_runner.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "roomfix/connect/range_source.hpp"
+#include "roomfix/pipeline/input_doctor.hpp"
+#include "roomfix/pipeline/recorded_frames.hpp"
+#include "roomfix/pipeline/wall_clock.hpp"
+
+namespace roomfix {
+
+SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker) {
+    tracker_.on_fixes([this](const FixBatch& batch) {
+        for (const auto& sink : sinks_) sink->give(batch);
+    });
+    tracker_.before_frames([this](Nanoseconds time) { process_senses_until(time); });
+}
+
+void SourceRunner::add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity) {
+    sinks_.push_back(std::make_unique<SinkQueue>(std::move(sink), capacity, overflow));
+}
+
+Result<void> SourceRunner::finish_sinks() {
+    Result<void> first;
+    for (const auto& sink : sinks_) {
+        if (auto finished = sink->finish(); !finished && first) first = finished;
+    }
+    return first;
+}
+
+std::vector<std::string> SourceRunner::suspicious_inputs() const {
+    std::vector<std::string> told;
+    const std::vector<SiteRobot>& robots = tracker_.site().robots;
+    for (std::size_t r = 0; r < robots.size(); ++r) {
+        const int robot = static_cast<int>(r);
+        if (robots[r].many) continue;
+        for (const std::string& suspicion : suspicions(tracker_.tracker(), robot, recorded_.of(robot))) told.push_back(suspicion);
+    }
+    return told;
+}
+
+/// Recorded ranges, sightings and odometry up to a time, as they would have come.
+void SourceRunner::process_senses_until(Nanoseconds time) {
+    SenseListener listener;
+    listener.goes_on = [this](Nanoseconds next) { tracker_.go_on(next); };
+    listener.hears = [this](const RangeBatch& batch) { tracker_.process(batch); };
+    listener.drives = [this](const OdometryBatch& batch) { tracker_.process(batch); };
+    listener.detects = [this](const SightingBatch& batch) { tracker_.process(batch); };
+    recorded_.tell_until(time, listener);
+}
+
+/// A listener on a serial line, in a thread of its own; a device that vanishes is opened again when it comes back.
+void SourceRunner::listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop) {
+    RangeReader reader(tracker_.site(), robot, receiver);
+    std::string bytes;
+    while (!stop) {
+        auto line = SerialLine::open(device);
+        if (!line) {
+            tracker_.add_problems({line.error().message});
+            for (int i = 0; i < 20 && !stop; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            continue;
+        }
+        while (!stop && line->read(0.2, bytes)) {
+            if (bytes.empty()) continue;
+            RangeBatch batch;
+            reader.feed(bytes, system_now(), batch);
+            bytes.clear();
+            tracker_.process(batch);
+        }
+    }
+}
+
+Result<void> SourceRunner::run(const RunSettings& settings, const std::atomic<bool>& stop, const std::function<void(double)>& progress) {
+    std::vector<std::unique_ptr<FrameSource>> sources;
+    for (std::size_t i = 0; i < tracker_.cameras(); ++i) {
+        const SiteCamera& camera = tracker_.camera(i);
+        auto source = open_source(resolved_path(tracker_.site(), camera.source));
+        if (!source) return Error{fmt::format("camera {}: {}", camera.id, source.error().message)};
+        sources.push_back(std::move(*source));
+    }
+    return run(std::move(sources), settings, stop, progress);
+}
+
+Result<void> SourceRunner::load_senses() {
+    const std::vector<SiteRobot>& robots = tracker_.site().robots;
+    auto recorded = RecordedSenses::load(tracker_.site());
+    if (!recorded) return recorded.error();
+    recorded_ = std::move(*recorded);
+    for (std::size_t r = 0; r < robots.size(); ++r) {
+        const int robot = static_cast<int>(r);
+        const std::string wrong = wrong_units(recorded_.of(robot).odometry, robots[r]);
+        if (!wrong.empty()) recorded_.drop_odometry(robot, wrong);
+    }
+    tracker_.add_problems(recorded_.problems());
+    return {};
+}
+
+Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources, const RunSettings& settings, const std::atomic<bool>& stop,
+                               const std::function<void(double)>& progress) {
+    if (auto loaded = load_senses(); !loaded) return loaded;
+    const std::vector<SiteRobot>& robots = tracker_.site().robots;
+    std::vector<std::thread> threads;
+    for (std::size_t r = 0; r < robots.size(); ++r) {
+        for (std::size_t k = 0; k < robots[r].receivers.size(); ++k) {
+            const std::string& source = robots[r].receivers[k].source;
+            if (!is_live_range_source(source)) continue;
+            threads.emplace_back([this, source, robot = static_cast<int>(r), receiver = static_cast<int>(k), &stop] { listen(source, robot, receiver, stop); });
+        }
+    }
+    std::vector<LiveSource> live;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        if (sources[i]->live()) live.push_back({i, sources[i].get()});
+    }
+    if (!live.empty()) {
+        if (settings.on_time) tracker_.measure_latency({wall_clock(), system_now(), 1});
+        threads.emplace_back([&] { run_live(live, settings.threads, stop); });
+    }
+    auto done = run_recorded(sources, settings, stop, progress);
+    for (auto& thread : threads) thread.join();
+    return done;
+}
+
+/// Cameras that see the same moment are looked at together, as in a recording.
+void SourceRunner::run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop) {
+    LiveFrames frames(
+        sources, stop, [this](std::size_t i, const std::string& message) { tracker_.set_camera_state(i, "failed", message); },
+        [this](std::size_t i) { tracker_.set_camera_state(i, "ended", "the camera gives no more frames"); });
+    WorkerPool pool(std::max(threads, 1));
+    for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
+        std::vector<CameraFrame> together;
+        for (std::size_t i = 0; i < round.size(); ++i) {
+            const SourceFrame& frame = round[i].frame;
+            together.push_back({round[i].camera, {frame.image, &frame.colour}, frame.time});
+            const bool last = i + 1 == round.size() || round[i + 1].frame.time - together.front().time > round_span;
+            if (!last) continue;
+            (void)tracker_.process(together, pool);
+            together.clear();
+        }
+        for (const LiveFrame& frame : round) tracker_.count_dropped(frame.camera, frame.count.came, frame.count.dropped);
+    }
+}
+
+}  // namespace roomfix

@@ -1,0 +1,56 @@
+// A site's sources at work: recorded and live ones, at their pace, into a tracker, and its fixes to sinks.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "roomfix/connect/frame_source.hpp"
+#include "roomfix/pipeline/live_frames.hpp"
+#include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/sink_queue.hpp"
+#include "roomfix/pipeline/site_tracker.hpp"
+
+namespace roomfix {
+
+struct RunSettings {
+    double speed = 1;      // of recordings, times as fast as they were taken; 0: as fast as it goes
+    bool on_time = false;  // keep up with the clock: frames of recordings, too, are dropped where there is no time; fixes state their latency
+    int threads = 1;       // that look at recorded frames; the fixes do not depend on it
+};
+
+class SourceRunner {
+public:
+    /// `tracker` must outlive it.
+    explicit SourceRunner(SiteTracker& tracker);
+
+    /// From now on the sink gets all fixes. `overflow`: what happens where it cannot keep up.
+    void add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity = 1000);
+    /// Waits until every sink has what it was given. The first error of any of them.
+    Result<void> finish_sinks();
+
+    /// Runs all sources of the site to their end: recorded ones in the order of their times, live ones each in its thread. `stop` ends it
+    /// early. `progress` gets 0..1.
+    Result<void> run(const RunSettings& settings, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
+    /// The same with sources of one's own, one for each camera of the tracker.
+    Result<void> run(std::vector<std::unique_ptr<FrameSource>> sources, const RunSettings& settings, const std::atomic<bool>& stop,
+                     const std::function<void(double)>& progress = {});
+    /// After a recording: what seems to be wrong with the robots' own senses as they were given, as sentences with the cure.
+    std::vector<std::string> suspicious_inputs() const;
+
+private:
+    Result<void> load_senses();
+    Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
+                              const std::function<void(double)>& progress);
+    void run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop);
+    void listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop);
+    void process_senses_until(Nanoseconds time);
+
+    SiteTracker& tracker_;
+    RecordedSenses recorded_;
+    std::vector<std::unique_ptr<SinkQueue>> sinks_;
+};
+
+}  // namespace roomfix
