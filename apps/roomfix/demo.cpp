@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
 #include "roomfix/pipeline/page_sink.hpp"
 #include "roomfix/pipeline/source_runner.hpp"

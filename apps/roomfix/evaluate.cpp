@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "roomfix/base/number.hpp"
+#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 #include "roomfix/evaluate/tracking_bound.hpp"
 #include "roomfix/pipeline/sigma_advice.hpp"

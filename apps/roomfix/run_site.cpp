@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "roomfix/base/worker_pool.hpp"
+#include "roomfix/estimate/tracker.hpp"
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
 #include "roomfix/pipeline/page_sink.hpp"

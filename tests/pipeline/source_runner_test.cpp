@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "roomfix/evaluate/recorded_fixes.hpp"
+#include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 

@@ -27,4 +27,10 @@ public:
     virtual Result<void> finish() { return {}; }
 };
 
+/// What happens where a sink cannot keep up.
+enum class Overflow {
+    wait,         // whoever gives fixes waits: of a recording nothing is lost
+    drop_oldest,  // the oldest batch that waits is thrown away and counted
+};
+
 }  // namespace roomfix

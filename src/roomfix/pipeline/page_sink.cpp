@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/error_map.hpp"
 #include "roomfix/pipeline/page_numbers.hpp"
 

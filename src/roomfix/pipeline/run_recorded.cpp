@@ -4,7 +4,11 @@
 #include <limits>
 #include <thread>
 
+#include "roomfix/base/worker_pool.hpp"
+#include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
+#include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/sink_queue.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 

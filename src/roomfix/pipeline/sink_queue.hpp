@@ -14,12 +14,6 @@
 
 namespace roomfix {
 
-/// What happens where the queue is full.
-enum class Overflow {
-    wait,         // whoever gives fixes waits: of a recording nothing is lost
-    drop_oldest,  // the oldest batch that waits is thrown away and counted
-};
-
 class SinkQueue {
 public:
     /// `capacity`: batches that may wait, at least 1.

@@ -4,9 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numeric>
+#include <optional>
 #include <utility>
 
+#include "roomfix/base/worker_pool.hpp"
+#include "roomfix/estimate/tracker.hpp"
+#include "roomfix/pipeline/camera_pipeline.hpp"
+#include "roomfix/pipeline/joint_bodies.hpp"
+#include "roomfix/pipeline/receiver_buffer.hpp"
+#include "roomfix/pipeline/search_turns.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
@@ -42,31 +51,81 @@ Site with_unknown(Site site) {
 
 }  // namespace
 
-SiteTracker::SiteTracker(const Site& site) : site_(site), joint_bodies_(site), receivers_(site), tracker_(with_unknown(site)) {}
+struct SiteTracker::Impl {
+    struct Camera {
+        std::unique_ptr<CameraPipeline> pipeline;  // used by one thread at a time
+        CameraState state;
+        std::shared_ptr<const ShownFrame> shown;
+        double last_wall = 0;  // s, when the last frame came
+        SearchTurns turns;
+    };
+    /// What one frame gave, before it is told.
+    struct Look {
+        LatencyParts parts;
+        double frozen = 0;
+    };
+    explicit Impl(const Site& site) : site_(site), joint_bodies_(site), receivers_(site), tracker_(with_unknown(site)) {}
+    Result<void> add_camera(const SiteCamera& camera);
+    const SiteCamera& camera(std::size_t index) const { return cameras_[index]->pipeline->camera(); }
+    bool is_fixed(std::size_t index) const { return cameras_[index]->pipeline->is_fixed(); }
+    Result<void> process(const std::vector<CameraFrame>& frames, WorkerPool& pool);
+    void process(const RangeBatch& batch);
+    void process(const SightingBatch& batch);
+    void process(const OdometryBatch& batch);
+    SiteSnapshot snapshot(Nanoseconds time) const;
+    std::shared_ptr<const ShownFrame> shown_frame(const std::string& camera) const;
+    void set_camera_state(std::size_t index, const std::string& status, const std::string& message);
+    void count_dropped(std::size_t index, long came, long dropped);
+    std::vector<CameraState> camera_states() const;
+    std::vector<std::string> robots_not_found() const;
+    Result<void> process_round(const std::vector<CameraFrame>& frames, WorkerPool& pool);
+    Result<void> check_size(const CameraFrame& frame);
+    FrameHints hints_for(const CameraPipeline& camera, Nanoseconds time) const;
+    int unknown_robot() const { return static_cast<int>(site_.robots.size()); }  // index of the tracker's last kind of target
+    std::vector<PoseObservation> expected_things(Nanoseconds time) const;
+    PoseObservation observation_of(const BodyPlace& thing) const;
+    std::vector<char> robots_elsewhere(const CameraPipeline& camera, Nanoseconds time) const;
+    Look look(const CameraFrame& frame, const FrameHints& hints);
+    JointSighting look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
+    void report(const CameraFrame& frame, const Look& look);
+    void note_quarantine(const CameraPipeline& camera, CameraState& state) const;
+    std::optional<double> latency(Nanoseconds time) const;
+    bool wheels_give_fix(int robot, Nanoseconds time) const;
+    void note_problems(const std::vector<std::string>& problems);
+    void make_due(Nanoseconds time, const std::string& source, const LatencyParts& parts = {});
+    void make_due(Nanoseconds time, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts);
+    void deliver();
 
-Result<std::unique_ptr<SiteTracker>> SiteTracker::create(const Site& site) {
-    if (site.robots.empty()) return Error{"the site has no robot: add one under 'robots' with its shape and size"};
-    std::unique_ptr<SiteTracker> tracker(new SiteTracker(site));
-    for (const SiteCamera& camera : site.cameras) {
-        auto pipeline = CameraPipeline::create(site, camera);
-        if (!pipeline) return pipeline.error();
-        if (!*pipeline) continue;
-        tracker->cameras_.push_back(std::make_unique<Camera>());
-        tracker->cameras_.back()->pipeline = std::move(*pipeline);
-        tracker->cameras_.back()->state.id = camera.id;
-    }
-    const auto senses = [](const SiteRobot& robot) { return !robot.receivers.empty() || robot.detector; };
-    if (tracker->cameras_.empty() && std::none_of(site.robots.begin(), site.robots.end(), senses)) {
-        return Error{"the site has nothing that finds robots: give a camera 'pose', 'floor_points' or 'mount', or a robot a 'receiver' or a 'detector'"};
-    }
-    return tracker;
+    Site site_;
+    std::vector<std::unique_ptr<Camera>> cameras_;
+    std::vector<std::function<void(const FixBatch&)>> listeners_;
+    std::function<void(Nanoseconds)> sensed_until_;
+    bool keeps_frames_ = false;
+    std::optional<Pace> pace_;
+    StageTimes times_;
+    std::mutex joint_mutex_;  // guards:
+    JointBodies joint_bodies_;
+    std::mutex delivery_mutex_;  // held while listeners are called, so that batches stay in order
+    mutable std::mutex mutex_;   // guards all below, and the cameras' states and shown frames
+    ReceiverBuffer receivers_;
+    Tracker tracker_;
+    std::vector<std::string> line_problems_;
+    std::map<std::string, FixStatus> last_status_;   // of each robot, to say only once that it is lost
+    std::map<std::string, Nanoseconds> last_given_;  // when each robot got its last fix
+    std::vector<FixBatch> due_;                      // to be delivered
+};
+
+Result<void> SiteTracker::Impl::add_camera(const SiteCamera& camera) {
+    auto pipeline = CameraPipeline::create(site_, camera);
+    if (!pipeline) return pipeline.error();
+    if (!*pipeline) return {};  // it finds no robot
+    cameras_.push_back(std::make_unique<Camera>());
+    cameras_.back()->pipeline = std::move(*pipeline);
+    cameras_.back()->state.id = camera.id;
+    return {};
 }
 
-void SiteTracker::set_background(std::size_t index, BackgroundModel background, ColourBackground colour) {
-    if (is_fixed(index)) cameras_[index]->pipeline->set_background(std::move(background), std::move(colour));
-}
-
-Result<void> SiteTracker::check_size(const CameraFrame& frame) {
+Result<void> SiteTracker::Impl::check_size(const CameraFrame& frame) {
     const CameraModel& model = camera(frame.camera).model;
     if (frame.image.grey.width == model.width && frame.image.grey.height == model.height) return {};
     const std::string message = fmt::format(
@@ -77,12 +136,7 @@ Result<void> SiteTracker::check_size(const CameraFrame& frame) {
     return Error{message};
 }
 
-Result<void> SiteTracker::process(const CameraFrame& frame) {
-    WorkerPool alone(1);
-    return process({frame}, alone);
-}
-
-Result<void> SiteTracker::process(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
+Result<void> SiteTracker::Impl::process(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
     if (frames.empty()) return {};
     const double before = wall_clock();
     auto result = process_round(frames, pool);
@@ -90,7 +144,7 @@ Result<void> SiteTracker::process(const std::vector<CameraFrame>& frames, Worker
     return result;
 }
 
-Result<void> SiteTracker::process_round(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
+Result<void> SiteTracker::Impl::process_round(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
     Result<void> result;
     if (sensed_until_) sensed_until_(frames.front().time);
     std::vector<FrameHints> hints(frames.size());
@@ -136,8 +190,8 @@ Result<void> SiteTracker::process_round(const std::vector<CameraFrame>& frames, 
 }
 
 /// What fixed cameras that looked at the same moment show together.
-JointSighting SiteTracker::look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks,
-                                         const std::vector<FrameHints>& hints) {
+JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks,
+                                               const std::vector<FrameHints>& hints) {
     const std::lock_guard lock(joint_mutex_);
     const double before = wall_clock();
     std::vector<CameraPipeline*> pipelines;
@@ -165,7 +219,7 @@ JointSighting SiteTracker::look_together(const std::vector<CameraFrame>& frames,
     return together;
 }
 
-SiteTracker::Look SiteTracker::look(const CameraFrame& frame, const FrameHints& hints) {
+SiteTracker::Impl::Look SiteTracker::Impl::look(const CameraFrame& frame, const FrameHints& hints) {
     const double before = wall_clock();
     Look result;
     result.parts.waiting = latency(frame.time).value_or(0);
@@ -175,7 +229,7 @@ SiteTracker::Look SiteTracker::look(const CameraFrame& frame, const FrameHints& 
     return result;
 }
 
-FrameHints SiteTracker::hints_for(const CameraPipeline& camera, Nanoseconds time) const {
+FrameHints SiteTracker::Impl::hints_for(const CameraPipeline& camera, Nanoseconds time) const {
     const std::lock_guard lock(mutex_);
     FrameHints hints;
     if (camera.is_fixed()) {
@@ -190,7 +244,7 @@ FrameHints SiteTracker::hints_for(const CameraPipeline& camera, Nanoseconds time
 }
 
 /// Where things should be that are no robots. The mutex is held.
-std::vector<PoseObservation> SiteTracker::expected_things(Nanoseconds time) const {
+std::vector<PoseObservation> SiteTracker::Impl::expected_things(Nanoseconds time) const {
     std::vector<PoseObservation> expected;
     for (const Fix& fix : tracker_.fixes(time)) {
         if (fix.unknown && fix.status != FixStatus::none) expected.push_back({unknown_robot(), fix.pose, false, fix.covariance});
@@ -199,11 +253,11 @@ std::vector<PoseObservation> SiteTracker::expected_things(Nanoseconds time) cons
 }
 
 /// What is no robot, as the tracker is told of it.
-PoseObservation SiteTracker::observation_of(const BodyPlace& thing) const { return {unknown_robot(), thing.pose, false, thing.covariance}; }
+PoseObservation SiteTracker::Impl::observation_of(const BodyPlace& thing) const { return {unknown_robot(), thing.pose, false, thing.covariance}; }
 
 /// Robots that are surely where a fixed camera does not see them, each with a flag: behind a wall, or outside the picture. The
 /// mutex is held.
-std::vector<char> SiteTracker::robots_elsewhere(const CameraPipeline& camera, Nanoseconds time) const {
+std::vector<char> SiteTracker::Impl::robots_elsewhere(const CameraPipeline& camera, Nanoseconds time) const {
     constexpr double sure = 0.04;    // m^2, variance of the place
     constexpr double margin = 0.15;  // of the picture's size, around it
     std::vector<char> elsewhere(site_.robots.size(), 0);
@@ -228,7 +282,7 @@ std::vector<char> SiteTracker::robots_elsewhere(const CameraPipeline& camera, Na
 }
 
 /// Tells the tracker what a frame showed, and passes its fixes on.
-void SiteTracker::report(const CameraFrame& frame, const Look& look) {
+void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
     Camera& camera = *cameras_[frame.camera];
     const std::lock_guard lock(mutex_);
     CameraState& state = camera.state;
@@ -261,7 +315,7 @@ void SiteTracker::report(const CameraFrame& frame, const Look& look) {
 }
 
 /// Tells the camera's state what the tracker does not believe of it. The mutex is held.
-void SiteTracker::note_quarantine(const CameraPipeline& camera, CameraState& state) const {
+void SiteTracker::Impl::note_quarantine(const CameraPipeline& camera, CameraState& state) const {
     for (const Quarantine& q : tracker_.quarantines()) {
         if (q.source != camera.id()) continue;
         if (q.sees_others_right) {
@@ -277,13 +331,13 @@ void SiteTracker::note_quarantine(const CameraPipeline& camera, CameraState& sta
 }
 
 /// The mutex is held.
-void SiteTracker::note_problems(const std::vector<std::string>& problems) {
+void SiteTracker::Impl::note_problems(const std::vector<std::string>& problems) {
     for (const std::string& problem : problems) {
         if (line_problems_.size() < 20) line_problems_.push_back(problem);
     }
 }
 
-void SiteTracker::process(const RangeBatch& batch) {
+void SiteTracker::Impl::process(const RangeBatch& batch) {
     {
         const std::lock_guard lock(mutex_);
         note_problems(batch.problems);
@@ -300,7 +354,7 @@ void SiteTracker::process(const RangeBatch& batch) {
     deliver();
 }
 
-void SiteTracker::process(const SightingBatch& batch) {
+void SiteTracker::Impl::process(const SightingBatch& batch) {
     {
         const std::lock_guard lock(mutex_);
         note_problems(batch.problems);
@@ -312,7 +366,7 @@ void SiteTracker::process(const SightingBatch& batch) {
     deliver();
 }
 
-void SiteTracker::process(const OdometryBatch& batch) {
+void SiteTracker::Impl::process(const OdometryBatch& batch) {
     {
         const std::lock_guard lock(mutex_);
         note_problems(batch.problems);
@@ -326,18 +380,8 @@ void SiteTracker::process(const OdometryBatch& batch) {
     deliver();
 }
 
-void SiteTracker::go_on(Nanoseconds time) {
-    const std::lock_guard lock(mutex_);
-    tracker_.go_on(time);
-}
-
-std::vector<Fix> SiteTracker::fixes(Nanoseconds time) const {
-    const std::lock_guard lock(mutex_);
-    return tracker_.fixes(time);
-}
-
 /// A robot that its own senses found has fixes at an even rate, however seldom it hears or sees something. The mutex is held.
-bool SiteTracker::wheels_give_fix(int robot, Nanoseconds time) const {
+bool SiteTracker::Impl::wheels_give_fix(int robot, Nanoseconds time) const {
     constexpr double interval = 0.1;  // s
     const Track* track = tracker_.track(robot);
     if (track == nullptr || track->searched == never || time < track->time) return false;
@@ -346,13 +390,13 @@ bool SiteTracker::wheels_give_fix(int robot, Nanoseconds time) const {
 }
 
 /// Seconds of the clock from a time stamp to now.
-std::optional<double> SiteTracker::latency(Nanoseconds time) const {
+std::optional<double> SiteTracker::Impl::latency(Nanoseconds time) const {
     if (!pace_) return std::nullopt;
     return wall_clock() - pace_->wall_of(time);
 }
 
 /// A source speaks for the robots that it sees or that hear by it, and for those that nothing sees or hears. The mutex is held.
-void SiteTracker::make_due(Nanoseconds time, const std::string& source, const LatencyParts& parts) {
+void SiteTracker::Impl::make_due(Nanoseconds time, const std::string& source, const LatencyParts& parts) {
     const auto is_due = [&](const Fix& fix) {
         return fix.status != FixStatus::ok || std::find(fix.sources.begin(), fix.sources.end(), source) != fix.sources.end();
     };
@@ -360,7 +404,7 @@ void SiteTracker::make_due(Nanoseconds time, const std::string& source, const La
 }
 
 /// The fixes of a time that are due wait to be delivered. The mutex is held.
-void SiteTracker::make_due(Nanoseconds time, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts) {
+void SiteTracker::Impl::make_due(Nanoseconds time, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts) {
     const double before = wall_clock();
     FixBatch batch{time, {}, tracker_.fixes(time)};
     for (const Fix& fix : batch.all) {
@@ -386,7 +430,7 @@ void SiteTracker::make_due(Nanoseconds time, const std::function<bool(const Fix&
 }
 
 /// Passes on what is due, outside of the lock that the tracker needs.
-void SiteTracker::deliver() {
+void SiteTracker::Impl::deliver() {
     const std::lock_guard order(delivery_mutex_);
     std::vector<FixBatch> batches;
     {
@@ -398,7 +442,7 @@ void SiteTracker::deliver() {
     }
 }
 
-void SiteTracker::set_camera_state(std::size_t index, const std::string& status, const std::string& message) {
+void SiteTracker::Impl::set_camera_state(std::size_t index, const std::string& status, const std::string& message) {
     const std::lock_guard lock(mutex_);
     CameraState& state = cameras_[index]->state;
     state.status = status;
@@ -406,14 +450,14 @@ void SiteTracker::set_camera_state(std::size_t index, const std::string& status,
     if (status == "failed") ++state.bad_frames;
 }
 
-std::vector<CameraState> SiteTracker::camera_states() const {
+std::vector<CameraState> SiteTracker::Impl::camera_states() const {
     const std::lock_guard lock(mutex_);
     std::vector<CameraState> states;
     for (const auto& camera : cameras_) states.push_back(camera->state);
     return states;
 }
 
-void SiteTracker::count_dropped(std::size_t index, long came, long dropped) {
+void SiteTracker::Impl::count_dropped(std::size_t index, long came, long dropped) {
     const std::lock_guard lock(mutex_);
     CameraState& state = cameras_[index]->state;
     const bool now = dropped > state.dropped;
@@ -424,7 +468,7 @@ void SiteTracker::count_dropped(std::size_t index, long came, long dropped) {
                                 dropped, came);
 }
 
-SiteSnapshot SiteTracker::snapshot(Nanoseconds time) const {
+SiteSnapshot SiteTracker::Impl::snapshot(Nanoseconds time) const {
     const std::lock_guard lock(mutex_);
     SiteSnapshot snapshot;
     for (const auto& camera : cameras_) {
@@ -437,28 +481,13 @@ SiteSnapshot SiteTracker::snapshot(Nanoseconds time) const {
     return snapshot;
 }
 
-std::shared_ptr<const ShownFrame> SiteTracker::shown_frame(const std::string& name) const {
+std::shared_ptr<const ShownFrame> SiteTracker::Impl::shown_frame(const std::string& name) const {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(cameras_.begin(), cameras_.end(), [&](const auto& camera) { return camera->pipeline->id() == name; });
     return found == cameras_.end() ? nullptr : (*found)->shown;
 }
 
-void SiteTracker::add_problems(const std::vector<std::string>& problems) {
-    const std::lock_guard lock(mutex_);
-    note_problems(problems);
-}
-
-void SiteTracker::keep_history() {
-    const std::lock_guard lock(mutex_);
-    tracker_.keep_history();
-}
-
-std::vector<std::string> SiteTracker::line_problems() const {
-    const std::lock_guard lock(mutex_);
-    return line_problems_;
-}
-
-std::vector<std::string> SiteTracker::robots_not_found() const {
+std::vector<std::string> SiteTracker::Impl::robots_not_found() const {
     const std::lock_guard lock(mutex_);
     std::vector<std::string> reasons;
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {
@@ -471,9 +500,91 @@ std::vector<std::string> SiteTracker::robots_not_found() const {
     return reasons;
 }
 
+SiteTracker::SiteTracker(const Site& site) : impl_(std::make_unique<Impl>(site)) {}
+SiteTracker::~SiteTracker() = default;
+
+Result<std::unique_ptr<SiteTracker>> SiteTracker::create(const Site& site) {
+    if (site.robots.empty()) return Error{"the site has no robot: add one under 'robots' with its shape and size"};
+    std::unique_ptr<SiteTracker> tracker(new SiteTracker(site));
+    for (const SiteCamera& camera : site.cameras) {
+        if (auto added = tracker->impl_->add_camera(camera); !added) return added.error();
+    }
+    const auto senses = [](const SiteRobot& robot) { return !robot.receivers.empty() || robot.detector; };
+    if (tracker->cameras() == 0 && std::none_of(site.robots.begin(), site.robots.end(), senses)) {
+        return Error{"the site has nothing that finds robots: give a camera 'pose', 'floor_points' or 'mount', or a robot a 'receiver' or a 'detector'"};
+    }
+    return tracker;
+}
+
+const Site& SiteTracker::site() const { return impl_->site_; }
+std::size_t SiteTracker::cameras() const { return impl_->cameras_.size(); }
+const SiteCamera& SiteTracker::camera(std::size_t index) const { return impl_->camera(index); }
+const CameraPipeline& SiteTracker::pipeline(std::size_t index) const { return *impl_->cameras_[index]->pipeline; }
+bool SiteTracker::is_fixed(std::size_t index) const { return impl_->is_fixed(index); }
+
+void SiteTracker::set_background(std::size_t index, BackgroundModel background, ColourBackground colour) {
+    if (is_fixed(index)) impl_->cameras_[index]->pipeline->set_background(std::move(background), std::move(colour));
+}
+
+void SiteTracker::on_fixes(std::function<void(const FixBatch&)> listener) { impl_->listeners_.push_back(std::move(listener)); }
+void SiteTracker::before_frames(std::function<void(Nanoseconds)> sensed) { impl_->sensed_until_ = std::move(sensed); }
+
+Result<void> SiteTracker::process(const CameraFrame& frame) {
+    WorkerPool alone(1);
+    return impl_->process({frame}, alone);
+}
+
+Result<void> SiteTracker::process(const std::vector<CameraFrame>& frames, WorkerPool& pool) { return impl_->process(frames, pool); }
+void SiteTracker::process(const RangeBatch& batch) { impl_->process(batch); }
+void SiteTracker::process(const SightingBatch& batch) { impl_->process(batch); }
+void SiteTracker::process(const OdometryBatch& batch) { impl_->process(batch); }
+
+void SiteTracker::go_on(Nanoseconds time) {
+    const std::lock_guard lock(impl_->mutex_);
+    impl_->tracker_.go_on(time);
+}
+
+std::vector<Fix> SiteTracker::fixes(Nanoseconds time) const {
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->tracker_.fixes(time);
+}
+
+void SiteTracker::measure_latency(const Pace& pace) { impl_->pace_ = pace; }
+bool SiteTracker::measures_latency() const { return impl_->pace_.has_value(); }
+void SiteTracker::keep_frames() { impl_->keeps_frames_ = true; }
+SiteSnapshot SiteTracker::snapshot(Nanoseconds time) const { return impl_->snapshot(time); }
+std::shared_ptr<const ShownFrame> SiteTracker::shown_frame(const std::string& camera) const { return impl_->shown_frame(camera); }
+
+void SiteTracker::set_camera_state(std::size_t index, const std::string& status, const std::string& message) {
+    impl_->set_camera_state(index, status, message);
+}
+void SiteTracker::count_dropped(std::size_t index, long came, long dropped) { impl_->count_dropped(index, came, dropped); }
+std::vector<CameraState> SiteTracker::camera_states() const { return impl_->camera_states(); }
+
+std::vector<std::string> SiteTracker::line_problems() const {
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->line_problems_;
+}
+
+void SiteTracker::add_problems(const std::vector<std::string>& problems) {
+    const std::lock_guard lock(impl_->mutex_);
+    impl_->note_problems(problems);
+}
+
+std::vector<std::string> SiteTracker::robots_not_found() const { return impl_->robots_not_found(); }
+StageTimes& SiteTracker::stage_times() { return impl_->times_; }
+const StageTimes& SiteTracker::stage_times() const { return impl_->times_; }
+
+void SiteTracker::keep_history() {
+    const std::lock_guard lock(impl_->mutex_);
+    impl_->tracker_.keep_history();
+}
+
+const Tracker& SiteTracker::tracker() const { return impl_->tracker_; }
+
 TrackerCounts SiteTracker::tracker_counts() const {
-    const std::lock_guard lock(mutex_);
-    return tracker_.counts();
+    const std::lock_guard lock(impl_->mutex_);
+    return impl_->tracker_.counts();
 }
 
 }  // namespace roomfix

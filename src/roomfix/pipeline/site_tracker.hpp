@@ -3,28 +3,28 @@
 
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/connect/odometry_source.hpp"
 #include "roomfix/connect/sighting_source.hpp"
-#include "roomfix/estimate/tracker.hpp"
-#include "roomfix/pipeline/camera_pipeline.hpp"
+#include "roomfix/imaging/background_model.hpp"
+#include "roomfix/imaging/colour_background.hpp"
+#include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
-#include "roomfix/pipeline/joint_bodies.hpp"
 #include "roomfix/pipeline/pace.hpp"
-#include "roomfix/pipeline/receiver_buffer.hpp"
-#include "roomfix/pipeline/search_turns.hpp"
 #include "roomfix/pipeline/stage_times.hpp"
 #include "roomfix/ranging/range_reader.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
+
+class CameraPipeline;
+class Tracker;
+class WorkerPool;
+struct ShownFrame;
+struct TrackerCounts;
 
 /// What is known about one camera, for the page and the final report.
 struct CameraState {
@@ -57,22 +57,25 @@ class SiteTracker {
 public:
     /// An error if the site has no robot, or nothing that could find one: no fixed camera, no camera on a robot, no receiver.
     static Result<std::unique_ptr<SiteTracker>> create(const Site& site);
+    ~SiteTracker();
+    SiteTracker(const SiteTracker&) = delete;
+    SiteTracker& operator=(const SiteTracker&) = delete;
 
-    const Site& site() const { return site_; }
+    const Site& site() const;
     /// Cameras that find robots: some of the site's, in its order.
-    std::size_t cameras() const { return cameras_.size(); }
-    const SiteCamera& camera(std::size_t index) const { return cameras_[index]->pipeline->camera(); }
-    const CameraPipeline& pipeline(std::size_t index) const { return *cameras_[index]->pipeline; }
+    std::size_t cameras() const;
+    const SiteCamera& camera(std::size_t index) const;
+    const CameraPipeline& pipeline(std::size_t index) const;
     /// True for a camera that watches from a fixed place and compares with a background.
-    bool is_fixed(std::size_t index) const { return cameras_[index]->pipeline->is_fixed(); }
+    bool is_fixed(std::size_t index) const;
     /// Without one, a fixed camera learns it while it watches.
     void set_background(std::size_t index, BackgroundModel background, ColourBackground colour = {});
 
     /// `listener` gets the fixes that each input makes due, in order, one batch at a time, from the thread that put the input in. No lock is held
     /// that another input needs, so it may take its time, and it may ask the tracker.
-    void on_fixes(std::function<void(const FixBatch&)> listener) { listeners_.push_back(std::move(listener)); }
+    void on_fixes(std::function<void(const FixBatch&)> listener);
     /// Called before each frame is told to the tracker, with the frame's time: what was sensed before it may still be processed then.
-    void before_frames(std::function<void(Nanoseconds)> sensed) { sensed_until_ = std::move(sensed); }
+    void before_frames(std::function<void(Nanoseconds)> sensed);
 
     /// One frame of one camera. Errors (wrong size) are counted and reported.
     Result<void> process(const CameraFrame& frame);
@@ -93,10 +96,10 @@ public:
     std::vector<Fix> fixes(Nanoseconds time) const;
 
     /// From now on fixes state how late they are.
-    void measure_latency(const Pace& pace) { pace_ = pace; }
-    bool measures_latency() const { return pace_.has_value(); }
+    void measure_latency(const Pace& pace);
+    bool measures_latency() const;
     /// From now on each camera's last frame and what was seen in it are kept to be shown.
-    void keep_frames() { keeps_frames_ = true; }
+    void keep_frames();
     SiteSnapshot snapshot(Nanoseconds time) const;
     std::shared_ptr<const ShownFrame> shown_frame(const std::string& camera) const;
 
@@ -110,65 +113,21 @@ public:
     void add_problems(const std::vector<std::string>& problems);
     /// Robots that are lost at the end, or were never found, each with why.
     std::vector<std::string> robots_not_found() const;
-    StageTimes& stage_times() { return times_; }
-    const StageTimes& stage_times() const { return times_; }
+    StageTimes& stage_times();
+    const StageTimes& stage_times() const;
 
     /// Before the first input: everything is kept, to be smoothed.
     void keep_history();
     /// For what is done after the last input.
-    const Tracker& tracker() const { return tracker_; }
+    const Tracker& tracker() const;
     /// What the tracker could not use.
     TrackerCounts tracker_counts() const;
 
 private:
-    struct Camera {
-        std::unique_ptr<CameraPipeline> pipeline;  // used by one thread at a time
-        CameraState state;
-        std::shared_ptr<const ShownFrame> shown;
-        double last_wall = 0;  // s, when the last frame came
-        SearchTurns turns;
-    };
-    /// What one frame gave, before it is told.
-    struct Look {
-        LatencyParts parts;
-        double frozen = 0;
-    };
+    struct Impl;
     explicit SiteTracker(const Site& site);
-    Result<void> process_round(const std::vector<CameraFrame>& frames, WorkerPool& pool);
-    Result<void> check_size(const CameraFrame& frame);
-    FrameHints hints_for(const CameraPipeline& camera, Nanoseconds time) const;
-    int unknown_robot() const { return static_cast<int>(site_.robots.size()); }  // index of the tracker's last kind of target
-    std::vector<PoseObservation> expected_things(Nanoseconds time) const;
-    PoseObservation observation_of(const BodyPlace& thing) const;
-    std::vector<char> robots_elsewhere(const CameraPipeline& camera, Nanoseconds time) const;
-    Look look(const CameraFrame& frame, const FrameHints& hints);
-    JointSighting look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
-    void report(const CameraFrame& frame, const Look& look);
-    void note_quarantine(const CameraPipeline& camera, CameraState& state) const;
-    std::optional<double> latency(Nanoseconds time) const;
-    bool wheels_give_fix(int robot, Nanoseconds time) const;
-    void note_problems(const std::vector<std::string>& problems);
-    void make_due(Nanoseconds time, const std::string& source, const LatencyParts& parts = {});
-    void make_due(Nanoseconds time, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts);
-    void deliver();
 
-    Site site_;
-    std::vector<std::unique_ptr<Camera>> cameras_;
-    std::vector<std::function<void(const FixBatch&)>> listeners_;
-    std::function<void(Nanoseconds)> sensed_until_;
-    bool keeps_frames_ = false;
-    std::optional<Pace> pace_;
-    StageTimes times_;
-    std::mutex joint_mutex_;  // guards:
-    JointBodies joint_bodies_;
-    std::mutex delivery_mutex_;  // held while listeners are called, so that batches stay in order
-    mutable std::mutex mutex_;   // guards all below, and the cameras' states and shown frames
-    ReceiverBuffer receivers_;
-    Tracker tracker_;
-    std::vector<std::string> line_problems_;
-    std::map<std::string, FixStatus> last_status_;   // of each robot, to say only once that it is lost
-    std::map<std::string, Nanoseconds> last_given_;  // when each robot got its last fix
-    std::vector<FixBatch> due_;                      // to be delivered
+    std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace roomfix

@@ -7,19 +7,25 @@
 #include <thread>
 #include <utility>
 
+#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/pipeline/input_doctor.hpp"
+#include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
+#include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/sink_queue.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
 
-SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker) {
+SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(std::make_unique<RecordedSenses>()) {
     tracker_.on_fixes([this](const FixBatch& batch) {
         for (const auto& sink : sinks_) sink->give(batch);
     });
     tracker_.before_frames([this](Nanoseconds time) { process_senses_until(time); });
 }
+
+SourceRunner::~SourceRunner() = default;
 
 void SourceRunner::add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity) {
     sinks_.push_back(std::make_unique<SinkQueue>(std::move(sink), capacity, overflow));
@@ -39,7 +45,7 @@ std::vector<std::string> SourceRunner::suspicious_inputs() const {
     for (std::size_t r = 0; r < robots.size(); ++r) {
         const int robot = static_cast<int>(r);
         if (robots[r].many) continue;
-        for (const std::string& suspicion : suspicions(tracker_.tracker(), robot, recorded_.of(robot))) told.push_back(suspicion);
+        for (const std::string& suspicion : suspicions(tracker_.tracker(), robot, recorded_->of(robot))) told.push_back(suspicion);
     }
     return told;
 }
@@ -51,7 +57,7 @@ void SourceRunner::process_senses_until(Nanoseconds time) {
     listener.hears = [this](const RangeBatch& batch) { tracker_.process(batch); };
     listener.drives = [this](const OdometryBatch& batch) { tracker_.process(batch); };
     listener.detects = [this](const SightingBatch& batch) { tracker_.process(batch); };
-    recorded_.tell_until(time, listener);
+    recorded_->tell_until(time, listener);
 }
 
 /// A listener on a serial line, in a thread of its own; a device that vanishes is opened again when it comes back.
@@ -90,13 +96,13 @@ Result<void> SourceRunner::load_senses() {
     const std::vector<SiteRobot>& robots = tracker_.site().robots;
     auto recorded = RecordedSenses::load(tracker_.site());
     if (!recorded) return recorded.error();
-    recorded_ = std::move(*recorded);
+    *recorded_ = std::move(*recorded);
     for (std::size_t r = 0; r < robots.size(); ++r) {
         const int robot = static_cast<int>(r);
-        const std::string wrong = wrong_units(recorded_.of(robot).odometry, robots[r]);
-        if (!wrong.empty()) recorded_.drop_odometry(robot, wrong);
+        const std::string wrong = wrong_units(recorded_->of(robot).odometry, robots[r]);
+        if (!wrong.empty()) recorded_->drop_odometry(robot, wrong);
     }
-    tracker_.add_problems(recorded_.problems());
+    tracker_.add_problems(recorded_->problems());
     return {};
 }
 

@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "roomfix/connect/frame_source.hpp"
-#include "roomfix/pipeline/live_frames.hpp"
-#include "roomfix/pipeline/recorded_senses.hpp"
-#include "roomfix/pipeline/sink_queue.hpp"
+#include "roomfix/pipeline/fix_sink.hpp"
 #include "roomfix/pipeline/site_tracker.hpp"
 
 namespace roomfix {
+
+class RecordedSenses;
+class SinkQueue;
+struct LiveSource;
 
 struct RunSettings {
     double speed = 1;      // of recordings, times as fast as they were taken; 0: as fast as it goes
@@ -23,8 +25,11 @@ struct RunSettings {
 
 class SourceRunner {
 public:
-    /// `tracker` must outlive it.
+    /// `tracker` must outlive it, and gets nothing more once the runner is gone.
     explicit SourceRunner(SiteTracker& tracker);
+    ~SourceRunner();
+    SourceRunner(const SourceRunner&) = delete;
+    SourceRunner& operator=(const SourceRunner&) = delete;
 
     /// From now on the sink gets all fixes. `overflow`: what happens where it cannot keep up.
     void add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity = 1000);
@@ -49,7 +54,7 @@ private:
     void process_senses_until(Nanoseconds time);
 
     SiteTracker& tracker_;
-    RecordedSenses recorded_;
+    std::unique_ptr<RecordedSenses> recorded_;
     std::vector<std::unique_ptr<SinkQueue>> sinks_;
 };
 
