@@ -2,9 +2,9 @@
 # No file relies on it: the presets debug and lint do without, so that each file must include what it uses.
 set(standard_headers <algorithm> <array> <atomic> <cmath> <cstdint> <deque> <filesystem> <fstream> <functional> <map> <memory> <mutex> <numbers> <numeric>
                      <optional> <set> <span> <sstream> <string> <string_view> <thread> <utility> <variant> <vector>
-                     <Eigen/Core> <Eigen/Geometry> <fmt/format.h> ${CMAKE_SOURCE_DIR}/src/roomfix/base/decompositions.hpp)
-set(site_headers ${standard_headers} ${CMAKE_SOURCE_DIR}/src/roomfix/geometry/view.hpp ${CMAKE_SOURCE_DIR}/src/roomfix/observation/fix.hpp
-                 ${CMAKE_SOURCE_DIR}/src/roomfix/site/site.hpp)
+                     <Eigen/Core> <Eigen/Geometry> <fmt/format.h> ${PROJECT_SOURCE_DIR}/src/roomfix/base/decompositions.hpp)
+set(site_headers ${standard_headers} ${PROJECT_SOURCE_DIR}/src/roomfix/geometry/view.hpp ${PROJECT_SOURCE_DIR}/src/roomfix/observation/fix.hpp
+                 ${PROJECT_SOURCE_DIR}/src/roomfix/site/site.hpp)
 
 # A target that others name in `target_precompile_headers(... REUSE_FROM ...)`; they must be compiled with the same options.
 function(roomfix_precompiled name)

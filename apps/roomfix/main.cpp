@@ -1,8 +1,9 @@
 #include "commands.hpp"
+#include "roomfix/version.hpp"
 
 int main(int argc, char** argv) {
     CLI::App app{"roomfix finds robots indoors with ordinary cameras."};
-    app.set_version_flag("--version", std::string("roomfix ") + ROOMFIX_VERSION);
+    app.set_version_flag("--version", std::string("roomfix ") + version);
     app.require_subcommand(1);
     app.footer("Start with: roomfix demo");
     int exit_code = roomfix::done;

@@ -68,9 +68,7 @@ std::string seconds_text(std::int64_t nanoseconds) {
     std::string fraction = std::to_string(magnitude % 1'000'000'000U);
     fraction.insert(0, 9 - fraction.size(), '0');
     while (fraction.size() > 1 && fraction.back() == '0') fraction.pop_back();
-    std::string text = negative ? "-" : "";
-    text += std::to_string(magnitude / 1'000'000'000U);
-    return text + "." + fraction;
+    return (negative ? "-" : "") + std::to_string(magnitude / 1'000'000'000U) + "." + fraction;
 }
 
 }  // namespace roomfix
