@@ -13,7 +13,7 @@ foreach(library ${libraries})
   string(APPEND archives " -lroomfix_${library}")
 endforeach()
 set_target_properties(roomfix_estimate PROPERTIES EXPORT_NAME tracker)
-install(TARGETS ${targets} EXPORT roomfix-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS ${targets} EXPORT roomfix-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 
 # Public headers: these, and what they include. Everything else may change at any time.
 set(public_headers base/worker_pool connect/frame_source imaging/load_luma pipeline/background_source pipeline/fix_file pipeline/page_sink pipeline/single_shot
@@ -36,17 +36,17 @@ while(pending)
 endwhile()
 foreach(header ${installed})
   get_filename_component(folder ${header} DIRECTORY)
-  install(FILES ${PROJECT_SOURCE_DIR}/src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
+  install(FILES ${PROJECT_SOURCE_DIR}/src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT development)
 endforeach()
-install(FILES ${PROJECT_BINARY_DIR}/include/roomfix/version.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/roomfix)
+install(FILES ${PROJECT_BINARY_DIR}/include/roomfix/version.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/roomfix COMPONENT development)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/roomfix)
-install(EXPORT roomfix-targets NAMESPACE roomfix:: DESTINATION ${package})
+install(EXPORT roomfix-targets NAMESPACE roomfix:: DESTINATION ${package} COMPONENT development)
 configure_package_config_file(cmake/roomfix-config.cmake.in roomfix-config.cmake INSTALL_DESTINATION ${package})
 # Before 1.0 a new minor version may change what is public.
 write_basic_package_version_file(roomfix-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/roomfix-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/roomfix-config-version.cmake cmake/opencv.cmake
-        DESTINATION ${package})
+        DESTINATION ${package} COMPONENT development)
 
 set(opencv_archives "")
 foreach(module aruco calib3d videoio imgcodecs imgproc core)
@@ -55,7 +55,14 @@ foreach(module aruco calib3d videoio imgcodecs imgproc core)
   endif()
 endforeach()
 configure_file(cmake/roomfix.pc.in roomfix.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/roomfix.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/roomfix.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
-install(TARGETS roomfix RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(TARGETS roomfix RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+
+# Manual pages, where help2man makes them of the program's own help (target `man`).
+find_program(HELP2MAN help2man)
+if(HELP2MAN)
+  add_custom_target(man COMMAND ${PROJECT_SOURCE_DIR}/packaging/man_pages.sh $<TARGET_FILE:roomfix> ${PROJECT_BINARY_DIR}/man DEPENDS roomfix VERBATIM)
+endif()
+install(DIRECTORY ${PROJECT_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program OPTIONAL)

@@ -39,8 +39,8 @@ with tempfile.TemporaryDirectory() as folder:
     run(program, "simulate", "li2014", "-o", session, "--duration", "2")
     fixes = run(folder / "out/own_source_and_sink", session).splitlines()
     check(fixes[0] == "time,robot,x,y,yaw" and len(fixes) > 5, "the own source and sink gave too few fixes", fixes)
-    camera = next((session / "cameras").iterdir()).name
-    pictures = sorted(p for p in (session / "cameras" / camera).iterdir())
+    camera = sorted((session / "frames").iterdir())[0].name
+    pictures = sorted((session / "frames" / camera).iterdir())
     found = run(folder / "out/find_robots", session, camera, *pictures[:3])
     check(" one sigma " in found, "no robot was found in the pictures", found)
     tracked = run(folder / "out/feed_tracker").splitlines()

@@ -112,7 +112,7 @@ int calibrate_site_command(const SiteArguments& arguments) {
     auto created = SiteTracker::create(*site);
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
-    if (auto learned = learn_backgrounds(tracker, arguments.background); !learned) return give_up(learned.error());
+    if (auto learned = learn_backgrounds_aloud(tracker, arguments.background); !learned) return give_up(learned.error());
     tracker.keep_history();
     SourceRunner runner(tracker);
     std::vector<Fix> fixes;

@@ -65,7 +65,7 @@ Result<SessionFindings> look_into(const std::filesystem::path& session, const st
     auto created = SiteTracker::create(*site);
     if (!created) return created.error();
     SiteTracker& tracker = **created;
-    if (auto learned = learn_backgrounds(tracker, {}); !learned) return learned.error();
+    if (auto learned = learn_backgrounds_aloud(tracker, {}); !learned) return learned.error();
     tracker.keep_history();
     RunSettings settings;
     settings.speed = 0;

@@ -24,21 +24,11 @@ void add_recording_options(CLI::App& command, std::vector<std::string>& backgrou
         ->check(CLI::Range(1, 256));
 }
 
-Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all) {
-    for (std::size_t i = 0; i < tracker.cameras(); ++i) {
-        const SiteCamera& camera = tracker.camera(i);
-        if (!tracker.is_fixed(i)) continue;
-        std::vector<std::string> sources = for_all;
-        if (sources.empty() && !camera.background.empty()) sources = {resolved_path(tracker.site(), camera.background)};
-        if (sources.empty()) {
-            say(fmt::format("camera {}: no background given; learning it while running", camera.id));
-            continue;
-        }
-        auto background = learn_background(camera, sources, progress_bar("learning the background of " + camera.id));
-        if (!background) return background.error();
-        tracker.set_background(i, std::move(background->grey), std::move(background->colour));
-    }
-    return {};
+Result<void> learn_backgrounds_aloud(SiteTracker& tracker, const std::vector<std::string>& for_all) {
+    BackgroundListener listener;
+    listener.progress = [](const SiteCamera& camera) { return progress_bar("learning the background of " + camera.id); };
+    listener.none = [](const SiteCamera& camera) { say(fmt::format("camera {}: no background given; learning it while running", camera.id)); };
+    return learn_backgrounds(tracker, for_all, listener);
 }
 
 /// What a run was like, for whoever started it.
@@ -67,7 +57,7 @@ int run_site(const Site& site, const RunOptions& options) {
     auto created = SiteTracker::create(site);
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
-    if (auto learned = learn_backgrounds(tracker, options.background); !learned) return give_up(learned.error());
+    if (auto learned = learn_backgrounds_aloud(tracker, options.background); !learned) return give_up(learned.error());
     SourceRunner runner(tracker);
     std::vector<Fix> kept;  // to be smoothed
     std::size_t given = 0;

@@ -24,8 +24,8 @@ struct RunOptions {
 /// Adds --background and --threads (by default all that the machine has) to a command that goes through a recording.
 void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads);
 
-/// A camera's background from `for_all`, or from the site file. Without either it is learned while running.
-Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all);
+/// learn_backgrounds() with progress bars.
+Result<void> learn_backgrounds_aloud(SiteTracker& tracker, const std::vector<std::string>& for_all);
 
 /// Says on stderr what goes on, and returns the exit code.
 int run_site(const Site& site, const RunOptions& options);

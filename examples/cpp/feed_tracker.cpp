@@ -1,8 +1,8 @@
 // Feeds the tracker by hand: a robot drives through a room with four beacons and tells its ranges and its odometry.
 #include <fmt/format.h>
-#include <roomfix/pipeline/site_tracker.hpp>
 
 #include <cmath>
+#include <roomfix/pipeline/site_tracker.hpp>
 #include <string>
 
 namespace {

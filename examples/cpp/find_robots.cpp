@@ -1,10 +1,10 @@
 // Finds robots in single pictures of one camera: find_robots SITE.yaml CAMERA PICTURE...
 #include <fmt/format.h>
+
+#include <cmath>
 #include <roomfix/imaging/load_luma.hpp>
 #include <roomfix/pipeline/single_shot.hpp>
 #include <roomfix/site/load_site.hpp>
-
-#include <cmath>
 #include <string>
 #include <vector>
 

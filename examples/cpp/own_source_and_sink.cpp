@@ -1,12 +1,12 @@
 // A source and a sink of one's own around roomfix's tracker: own_source_and_sink SESSION
 // The source gives every second frame of the session's cameras; the sink prints lines of comma-separated values.
 #include <fmt/format.h>
-#include <roomfix/pipeline/background_source.hpp>
-#include <roomfix/pipeline/source_runner.hpp>
-#include <roomfix/site/load_site.hpp>
 
 #include <atomic>
 #include <memory>
+#include <roomfix/pipeline/background_source.hpp>
+#include <roomfix/pipeline/source_runner.hpp>
+#include <roomfix/site/load_site.hpp>
 #include <utility>
 #include <vector>
 
@@ -57,14 +57,10 @@ int main(int count, char** arguments) {
     auto tracker = roomfix::SiteTracker::create(*site);
     if (!tracker) return give_up(tracker.error());
 
+    if (auto learned = roomfix::learn_backgrounds(**tracker, {}); !learned) return give_up(learned.error());
     std::vector<std::unique_ptr<roomfix::FrameSource>> sources;
     for (std::size_t i = 0; i < (*tracker)->cameras(); ++i) {
         const roomfix::SiteCamera& camera = (*tracker)->camera(i);
-        if ((*tracker)->is_fixed(i) && !camera.background.empty()) {
-            auto background = roomfix::learn_background(camera, {roomfix::resolved_path(*site, camera.background)});
-            if (!background) return give_up(background.error());
-            (*tracker)->set_background(i, std::move(background->grey), std::move(background->colour));
-        }
         auto frames = roomfix::open_source(roomfix::resolved_path(*site, camera.source));
         if (!frames) return give_up(frames.error());
         sources.push_back(std::make_unique<EverySecond>(std::move(*frames)));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double tile = 0.3;
 
-CameraModel camera() { return make_camera_model(640, 480, 518, 518, 320.5, 238, {-0.1, 0.02, 0.0005, -0.001, 0}); }
+CameraModel floor_camera() { return make_camera_model(640, 480, 518, 518, 320.5, 238, {-0.1, 0.02, 0.0005, -0.001, 0}); }
 
 /// Looks along a floor; the tile clicked is about three metres away.
 Eigen::Isometry3d true_pose(Random& random) {
@@ -36,8 +36,8 @@ TEST(CalibrateFloor, FourClicksOnATileKnowHowGoodTheyAre) {
     int doubtful = 0;
     constexpr int runs = 200;
     for (int i = 0; i < runs; ++i) {
-        const View truth{camera(), {true_pose(random), Matrix6d::Zero()}};
-        const auto found = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), {clicked_tile(truth, 0.5, random)});
+        const View truth{floor_camera(), {true_pose(random), Matrix6d::Zero()}};
+        const auto found = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), {clicked_tile(truth, 0.5, random)});
         ASSERT_TRUE(found) << found.error().message;
         if (found->rival) {  // it knows that it may be elsewhere
             ++doubtful;
@@ -57,18 +57,18 @@ TEST(CalibrateFloor, TheTileGridMakesCentimetresOfDecimetres) {
     double squares = 0, stated = 0, clicks_alone = 0;
     constexpr int runs = 4;
     for (int i = 0; i < runs; ++i) {
-        const View truth{camera(), {true_pose(random), Matrix6d::Zero()}};
+        const View truth{floor_camera(), {true_pose(random), Matrix6d::Zero()}};
         LumaImage picture;
         CameraRenderer(Scene{}, truth, {}, static_cast<std::uint64_t>(i)).render({}, 1, 0, picture);
         const FloorSource clicks = clicked_tile(truth, 0.5, random);
-        const auto start = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), {clicks});
+        const auto start = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), {clicks});
         ASSERT_TRUE(start);
-        const FloorSource joints = find_tile_grid(picture, {camera(), start->map_from_camera}, {{3, 0, 0}, tile}, {clicks});
-        const auto found = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), {clicks, joints}, start->map_from_camera);
+        const FloorSource joints = find_tile_grid(picture, {floor_camera(), start->map_from_camera}, {{3, 0, 0}, tile}, {clicks});
+        const auto found = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), {clicks, joints}, start->map_from_camera);
         ASSERT_TRUE(found) << found.error().message;
         EXPECT_GT(joints.sightings.size(), 200U);
         // Floor six metres away, by the found pose.
-        const View view{camera(), found->map_from_camera};
+        const View view{floor_camera(), found->map_from_camera};
         const Eigen::Vector2d pixel = *project_map_point(truth, {6, 0.2, 0});
         const double off = (pixel_to_plane(view, pixel, 0)->point - Eigen::Vector2d(6, 0.2)).norm();
         EXPECT_LT(off, 0.01) << i;
@@ -92,8 +92,8 @@ TEST(CalibrateFloor, ErrorsOfTheLensGoIntoTheFloor) {
     double sum = 0;
     constexpr int runs = 150;
     for (int i = 0; i < runs; ++i) {
-        const View truth{camera(), {true_pose(random), Matrix6d::Zero()}};
-        CameraModel wrong = camera();
+        const View truth{floor_camera(), {true_pose(random), Matrix6d::Zero()}};
+        CameraModel wrong = floor_camera();
         IntrinsicsVector numbers = wrong.intrinsics();
         for (int k = 0; k < 6; ++k) numbers[k] += random.normal(sigma[k]);
         wrong.set_intrinsics(numbers);
@@ -118,27 +118,27 @@ TEST(CalibrateFloor, ErrorsOfTheLensGoIntoTheFloor) {
 
 TEST(CalibrateFloor, CombinesByCovarianceAndSaysWhatEachIsWorth) {
     Random random(9);
-    const View truth{camera(), {true_pose(random), Matrix6d::Zero()}};
+    const View truth{floor_camera(), {true_pose(random), Matrix6d::Zero()}};
     FloorSource corner{"corner nw"};
     Vector6d off;
     for (int i = 0; i < 6; ++i) off[i] = random.normal(0.003);
     corner.pose = UncertainPose3{perturbed(truth.map_from_camera.pose, off), 9e-6 * Matrix6d::Identity()};
-    const auto both = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), {clicked_tile(truth, 0.5, random), corner});
+    const auto both = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), {clicked_tile(truth, 0.5, random), corner});
     ASSERT_TRUE(both) << both.error().message;
     ASSERT_EQ(both->contributions.size(), 2U);
     EXPECT_NEAR(both->contributions[0].share + both->contributions[1].share, 1, 1e-9);
     EXPECT_LT(both->floor_error, *both->contributions[0].alone);
     EXPECT_LT(both->floor_error, *both->contributions[1].alone);
-    const auto alone = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), {corner});
+    const auto alone = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), {corner});
     ASSERT_TRUE(alone) << "a corner alone tells the whole pose";
 }
 
 TEST(CalibrateFloor, SaysWhatIsMissing) {
     Random random(11);
-    const View truth{camera(), {true_pose(random), Matrix6d::Zero()}};
+    const View truth{floor_camera(), {true_pose(random), Matrix6d::Zero()}};
     const FloorSource tile_clicks = clicked_tile(truth, 0.5, random);
     const auto expect_error = [](const std::vector<FloorSource>& sources, const char* words) {
-        const auto found = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), sources);
+        const auto found = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), sources);
         ASSERT_FALSE(found);
         EXPECT_NE(found.error().message.find(words), std::string::npos) << found.error().message;
     };
@@ -159,9 +159,9 @@ TEST(CalibrateFloor, SaysWhatIsMissing) {
     // A picture without joints adds nothing and does no harm.
     LumaImage grey(640, 480);
     for (int y = 0; y < 480; ++y) std::fill_n(grey.row(y), 640, std::uint8_t{120});
-    const auto start = calibrate_floor(camera(), IntrinsicsMatrix::Zero(), {tile_clicks});
+    const auto start = calibrate_floor(floor_camera(), IntrinsicsMatrix::Zero(), {tile_clicks});
     ASSERT_TRUE(start);
-    EXPECT_TRUE(find_tile_grid(grey, {camera(), start->map_from_camera}, {{3, 0, 0}, tile}, {tile_clicks}).sightings.empty());
+    EXPECT_TRUE(find_tile_grid(grey, {floor_camera(), start->map_from_camera}, {{3, 0, 0}, tile}, {tile_clicks}).sightings.empty());
 }
 
 }  // namespace

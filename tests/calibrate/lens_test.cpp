@@ -22,12 +22,12 @@ namespace {
 const Chessboard board{9, 6, 0.025};
 const Eigen::Vector2d board_size(8 * 0.025, 5 * 0.025);
 
-CameraModel plain_camera() { return make_camera_model(640, 480, 533, 535, 327, 235, {-0.28, 0.08, 0.001, -0.0006, 0.01}); }
+CameraModel lens_camera() { return make_camera_model(640, 480, 533, 535, 327, 235, {-0.28, 0.08, 0.001, -0.0006, 0.01}); }
 
 CameraModel camera_of(Distortion kind) {
     switch (kind) {
         case Distortion::plumb_bob:
-            return plain_camera();
+            return lens_camera();
         case Distortion::rational_polynomial:
             return make_camera_model(640, 480, 400, 401, 322, 238, {0.4, 0.1, 0.001, -0.0006, 0.01, 0.7, 0.2, 0.02}, kind);
         case Distortion::equidistant:
@@ -112,7 +112,7 @@ TEST_P(Lens, PredictsHowFarRaysAreOff) {
 INSTANTIATE_TEST_SUITE_P(EachKind, Lens, ::testing::Values(Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant));
 
 TEST(CalibrateLens, FindsRenderedCamerasAsWellAsItSays) {
-    const CameraModel camera = plain_camera();
+    const CameraModel camera = lens_camera();
     double nees = 0;
     constexpr int runs = 4;
     std::optional<LensCalibration> last;
@@ -139,7 +139,7 @@ TEST(CalibrateLens, FindsRenderedCamerasAsWellAsItSays) {
 
 TEST(CalibrateLens, MeasuresTheBoardAlongWithTheLens) {
     Random random(51);
-    const CameraModel camera = plain_camera();
+    const CameraModel camera = lens_camera();
     double nees = 0, nees_as_if_exact = 0, off = 0, off_as_if_exact = 0, board_squares = 0;
     constexpr int runs = 12;
     for (int run = 0; run < runs; ++run) {
@@ -200,7 +200,7 @@ TEST(CalibrateLens, ABoardThatMayBendExplainsNoWrongLens) {
 
 TEST(CalibrateLens, WhatNoMotionExplainsMakesTheNumbersLessSure) {
     Random random(52);
-    const CameraModel camera = plain_camera();
+    const CameraModel camera = lens_camera();
     double shaking = 0, still = 0;
     constexpr int runs = 6;
     for (int run = 0; run < runs; ++run) {
@@ -220,7 +220,7 @@ TEST(CalibrateLens, WhatNoMotionExplainsMakesTheNumbersLessSure) {
 
 TEST(CalibrateLens, ABoardThatMovesIsMeasuredAsItMoves) {
     Random random(77);
-    const CameraModel camera = plain_camera();
+    const CameraModel camera = lens_camera();
     double nees = 0, off = 0, off_if_still = 0, shift = 0;
     constexpr int runs = 12;
     for (int run = 0; run < runs; ++run) {
@@ -240,7 +240,7 @@ TEST(CalibrateLens, ABoardThatMovesIsMeasuredAsItMoves) {
 
 TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {
     Random random(7);
-    const auto shots = simulated_shots(plain_camera(), 12, 0.2, random);
+    const auto shots = simulated_shots(lens_camera(), 12, 0.2, random);
     const auto lens = calibrate_lens(shots, 640, 480, board, {.exact_board = true});  // as OpenCV takes it
     ASSERT_TRUE(lens);
     EXPECT_LT(lens->focal_sigma_by_board, 0.5 * std::sqrt(lens->covariance(0, 0))) << "this board is exact";
@@ -265,7 +265,7 @@ TEST(CalibrateLens, IsNoWorseThanOpenCVOnTheSameCorners) {
 
 TEST(CalibrateLens, RefusesPoorShotsAndSaysWhich) {
     Random random(13);
-    auto shots = simulated_shots(plain_camera(), 8, 0.1, random);
+    auto shots = simulated_shots(lens_camera(), 8, 0.1, random);
     shots[2].edge_width = 9;
     shots.push_back(shots[4]);
     shots.back().name = "again";
@@ -290,7 +290,7 @@ TEST(CalibrateLens, RefusesPoorShotsAndSaysWhich) {
 
 TEST(CalibrateLens, IsTheSameWhereverItsNumbersLieInMemory) {
     Random random(17);
-    const auto shots = simulated_shots(plain_camera(), 40, 0.1, random);
+    const auto shots = simulated_shots(lens_camera(), 40, 0.1, random);
     std::vector<std::unique_ptr<char[]>> between;
     std::set<double> focal_lengths;
     for (int run = 0; run < 5; ++run) {
@@ -310,7 +310,7 @@ TEST(CalibrateLens, SaysWhatIsMissing) {
         EXPECT_NE(lens.error().message.find(words), std::string::npos) << lens.error().message;
     };
     expect_error({}, "no picture shows a board");
-    auto shots = simulated_shots(plain_camera(), 8, 0.1, random);
+    auto shots = simulated_shots(lens_camera(), 8, 0.1, random);
     for (auto& s : shots) s.corners = shots[0].corners;
     expect_error(shots, "shows the board where");
     // All parallel to the picture: distance and focal length cannot be told apart.
@@ -320,7 +320,7 @@ TEST(CalibrateLens, SaysWhatIsMissing) {
         shot.corners.clear();
         for (int k = 0; k < board.corners(); ++k) {
             const Eigen::Vector2d at = board.corner(k);
-            shot.corners.push_back(*project(plain_camera(), {at.x() - 0.2 + 0.03 * i, at.y() - 0.1 + 0.01 * i, 0.5}) +
+            shot.corners.push_back(*project(lens_camera(), {at.x() - 0.2 + 0.03 * i, at.y() - 0.1 + 0.01 * i, 0.5}) +
                                    Eigen::Vector2d(random.normal(0.1), random.normal(0.1)));
         }
         flat.push_back(shot);
@@ -330,14 +330,14 @@ TEST(CalibrateLens, SaysWhatIsMissing) {
 
 TEST(Chessboard, CornersThatCannotBeReadAreLeftOut) {
     Random random(19);
-    PlanePictures pictures(plain_camera(), {}, 5);
+    PlanePictures pictures(lens_camera(), {}, 5);
     LumaImage picture;
     Eigen::Isometry3d pose(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 0).normalized()));
     pose.translation() << -0.1, -0.06, 0.35;
     pictures.render(chessboard_pattern(board.columns, board.rows, board.square), pose, 0, picture);
     ASSERT_EQ(find_chessboard(picture, board, "clean").numbers.size(), 0U) << "all are there";
     constexpr int hidden = 53;  // the last
-    const Eigen::Vector2d at = *project(plain_camera(), pose * Eigen::Vector3d(board.corner(hidden).x(), board.corner(hidden).y(), 0));
+    const Eigen::Vector2d at = *project(lens_camera(), pose * Eigen::Vector3d(board.corner(hidden).x(), board.corner(hidden).y(), 0));
     for (int y = -8; y <= 8; ++y) {  // worn off: speckled, but still a corner to a detector that looks at the squares
         for (int x = -8; x <= 8; ++x) {
             std::uint8_t& pixel = picture.row(static_cast<int>(at.y()) + y)[static_cast<int>(at.x()) + x];
@@ -352,7 +352,7 @@ TEST(Chessboard, CornersThatCannotBeReadAreLeftOut) {
 
 TEST(Chessboard, APhotographedBoardShowsItsCornersWhereTheyWerePrinted) {
     Random random(23);
-    const CameraModel camera = plain_camera();
+    const CameraModel camera = lens_camera();
     PlanePictures pictures(camera, {}, 6);
     PrintedBoard made = glued_board(board, random);
     made.shape[0] = 0.02;  // 2 mm at its ends
@@ -377,9 +377,9 @@ TEST(Chessboard, APhotographedBoardShowsItsCornersWhereTheyWerePrinted) {
 
 TEST(Chessboard, ABoardOfAnotherSizeIsNamed) {
     Random random(17);
-    PlanePictures pictures(plain_camera(), {}, 3);
+    PlanePictures pictures(lens_camera(), {}, 3);
     LumaImage picture;
-    pictures.render(chessboard_pattern(8, 6, 0.025), board_poses(plain_camera(), board_size, 1, random)[0], 0, picture);
+    pictures.render(chessboard_pattern(8, 6, 0.025), board_poses(lens_camera(), board_size, 1, random)[0], 0, picture);
     EXPECT_FALSE(find_chessboard(picture, board, "a").refused.empty());
     const auto other = other_board_in(picture, board);
     ASSERT_TRUE(other);

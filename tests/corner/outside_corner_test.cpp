@@ -13,7 +13,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double right_angle = std::numbers::pi / 2;
+constexpr double square_walls = std::numbers::pi / 2;
 
 /// A plain line between two points of the map.
 SceneLine drawn(const Eigen::Isometry3d& map_from_camera, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
@@ -44,7 +44,7 @@ struct Cupboard {
         const std::array<Eigen::Vector3d, 3> ends = {Eigen::Vector3d(0.5, 0.6, 1), {1, 0.3, 1}, {1, 0.6, 0.5}};
         for (std::size_t i = 0; i < 3; ++i) rays.directions[i] = (seen(ends[i]) - rays.corner).normalized();
         for (const CornerRays& labelled : labellings(rays)) {
-            const CornerSolutions solutions = solve_corner(labelled, right_angle);
+            const CornerSolutions solutions = solve_corner(labelled, square_walls);
             const bool is_walls = (labelled.directions[wall_edge] - rays.directions[2]).norm() < 1e-12;
             if (is_walls && solutions.count > 0) taken_for = solutions.views[0];
         }
@@ -55,7 +55,7 @@ struct Cupboard {
 TEST(OutsideCorner, TheOtherEdgesOfACupboardTellThatItStandsOut) {
     const Cupboard cupboard;
     ASSERT_GT(cupboard.taken_for.place.norm(), 0) << "it passes for a corner of a room";
-    const CornerCompanions found = companions_of(cupboard.taken_for, right_angle, cupboard.lines, room_camera());
+    const CornerCompanions found = companions_of(cupboard.taken_for, square_walls, cupboard.lines, room_camera());
     EXPECT_GT(found.outside, 200);
     EXPECT_EQ(found.inside, 0);
 }
@@ -68,7 +68,7 @@ TEST(OutsideCorner, LinesOfTheRoomTellThatItIsOne) {
         const Eigen::Vector3d from_corner = camera.translation() - corner;
         const CornerView view{camera.linear(), from_corner.head<2>() / -from_corner.z()};
         const std::vector<SceneLine> door = {drawn(camera, {0.5, 0, 2.0}, {1.2, 0, 2.0}), drawn(camera, {0.5, 0, 2.0}, {0.5, 0, 1.5})};
-        const CornerCompanions found = companions_of(view, right_angle, door, room_camera());
+        const CornerCompanions found = companions_of(view, square_walls, door, room_camera());
         EXPECT_GT(found.inside, 0);
         EXPECT_EQ(found.outside, 0);
     }
@@ -77,17 +77,17 @@ TEST(OutsideCorner, LinesOfTheRoomTellThatItIsOne) {
 TEST(OutsideCorner, GrainAndShortLinesAreNotAsked) {
     Cupboard cupboard;
     for (SceneLine& line : cupboard.lines) line.density = 0.4;
-    EXPECT_EQ(companions_of(cupboard.taken_for, right_angle, cupboard.lines, room_camera()).outside, 0);
+    EXPECT_EQ(companions_of(cupboard.taken_for, square_walls, cupboard.lines, room_camera()).outside, 0);
     const std::vector<SceneLine> stub = {drawn(cupboard.map_from_camera, {0.2, 0, 1}, {0.25, 0, 1})};
-    EXPECT_EQ(companions_of(cupboard.taken_for, right_angle, stub, room_camera()).outside, 0);
+    EXPECT_EQ(companions_of(cupboard.taken_for, square_walls, stub, room_camera()).outside, 0);
 }
 
 TEST(OutsideCorner, CupboardsSeenFromAboveGiveNoFix) {
     const CameraModel model = room_camera();
     CornerSettings gullible;
     gullible.outside.least_length = 1e9;
-    CornerObserver observer(model, {right_angle});
-    CornerObserver fooled(model, {right_angle}, gullible);
+    CornerObserver observer(model, {square_walls});
+    CornerObserver fooled(model, {square_walls}, gullible);
     RoomRenderer renderer(model, room_sensor(), {}, 7);
     LumaImage frame;
     CornerResult result;

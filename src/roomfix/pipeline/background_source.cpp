@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "roomfix/connect/frame_source.hpp"
 
 namespace roomfix {
@@ -33,6 +36,23 @@ Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::
     LearnedBackground background{learner.learn(), {}};
     background.colour.learn(colours.frames());
     return background;
+}
+
+Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all, const BackgroundListener& listener) {
+    for (std::size_t i = 0; i < tracker.cameras(); ++i) {
+        const SiteCamera& camera = tracker.camera(i);
+        if (!tracker.is_fixed(i)) continue;
+        std::vector<std::string> sources = for_all;
+        if (sources.empty() && !camera.background.empty()) sources = {resolved_path(tracker.site(), camera.background)};
+        if (sources.empty()) {
+            if (listener.none) listener.none(camera);
+            continue;
+        }
+        auto background = learn_background(camera, sources, listener.progress ? listener.progress(camera) : nullptr);
+        if (!background) return background.error();
+        tracker.set_background(i, std::move(background->grey), std::move(background->colour));
+    }
+    return {};
 }
 
 }  // namespace roomfix

@@ -42,7 +42,7 @@ std::string shown(const YAML::Node& node) {
     if (node.IsSequence()) return "a list";
     if (!node.IsScalar()) return "nothing";
     const std::string& text = node.Scalar();
-    return text.size() > 40 ? "'" + text.substr(0, 40) + "...'" : "'" + text + "'";
+    return text.size() > 40 ? fmt::format("'{}...'", text.substr(0, 40)) : fmt::format("'{}'", text);
 }
 
 }  // namespace
