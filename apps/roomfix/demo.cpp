@@ -91,7 +91,7 @@ int demo(const Arguments& arguments) {
         return bad_input;
     }
     const int port = (*page)->port();
-    runner.add_sink(std::move(*page), Overflow::drop_oldest, 1);
+    runner.add_sink(std::move(*page), Overflow::newest_only);
     auto renderers = prepare(scenario, tracker, arguments.seed);
     const Mishaps mishaps;
     ScenarioRenderer knocked(scenario, mishaps.bumped, arguments.seed, radians(0.8));

@@ -75,7 +75,7 @@ int run_site(const Site& site, const RunOptions& options) {
         if (options.smooth) {
             smoothed_file = std::move(*file);
         } else {
-            runner.add_sink(std::move(*file), Overflow::wait);
+            runner.add_sink(std::move(*file), options.run.on_time ? Overflow::drop_oldest : Overflow::wait);
         }
     }
     if (options.page) {
@@ -85,7 +85,7 @@ int run_site(const Site& site, const RunOptions& options) {
         auto page = PageSink::serve(tracker, web.host, web.port);
         if (!page) return give_up(page.error());
         say(fmt::format("the map is at http://{}:{}", web.host, (*page)->port()));
-        runner.add_sink(std::move(*page), Overflow::drop_oldest, 1);
+        runner.add_sink(std::move(*page), Overflow::newest_only);
     }
     if (auto ran = runner.run(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
     Result<void> written = runner.finish_sinks();

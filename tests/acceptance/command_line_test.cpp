@@ -207,6 +207,12 @@ TEST_F(CommandLine, FixFindsTheCameraByACornerInGreyColourAnd16BitPictures) {
     expect_says(call("fix " + site() + " --camera hall1 --corner c " + frame()), 2, "fixed in the map");
 }
 
+TEST_F(CommandLine, AFullDiskIsAFailureAndSaysSo) {
+    for (const char* smooth : {"", " --smooth"}) {
+        expect_says(call(fmt::format("replay {}{} --fixes /dev/full", session(), smooth)), 1, "/dev/full: fixes could not be written and are lost");
+    }
+}
+
 TEST_F(CommandLine, ReplayGivesTheSameBytesAndEvaluateJudgesThem) {
     const std::string first = (*folder / "first.jsonl").string(), second = (*folder / "second.jsonl").string(), third = (*folder / "third.jsonl").string(),
                       smoothed = (*folder / "smoothed.jsonl").string();

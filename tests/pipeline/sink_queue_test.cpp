@@ -14,6 +14,8 @@
 namespace roomfix {
 namespace {
 
+std::shared_ptr<const FixBatch> batch_of(Nanoseconds time) { return std::make_shared<const FixBatch>(FixBatch{time, {}, {}}); }
+
 /// What a sink got, and whether it may go on.
 struct Door {
     std::mutex mutex;
@@ -46,20 +48,41 @@ TEST(SinkQueue, WhereASinkStandsStillTheOldestAreDroppedAndNobodyWaits) {
     Door door;
     door.open = false;
     SinkQueue queue(std::make_unique<DoorSink>(door), 3, Overflow::drop_oldest);
-    queue.give({0, {}, {}});
+    queue.give(batch_of(0));
     {
         std::unique_lock lock(door.mutex);
         door.changed.wait(lock, [&] { return door.inside; });
     }
-    for (Nanoseconds time = 1; time <= 100; ++time) queue.give({time, {}, {}});
+    for (Nanoseconds time = 1; time <= 100; ++time) queue.give(batch_of(time));
     EXPECT_EQ(queue.dropped(), 97);
     {
         const std::lock_guard lock(door.mutex);
         door.open = true;
     }
     door.changed.notify_all();
-    EXPECT_TRUE(queue.finish());
+    const auto finished = queue.finish();
+    ASSERT_FALSE(finished);
+    EXPECT_EQ(finished.error().message, "a sink could not keep up: 97 moments are missing in it");
     EXPECT_EQ(door.passed, (std::vector<Nanoseconds>{0, 98, 99, 100}));
+}
+
+TEST(SinkQueue, OfWhatIsOnlyLookedAtTheNewestIsEnough) {
+    Door door;
+    door.open = false;
+    SinkQueue queue(std::make_unique<DoorSink>(door), 1000, Overflow::newest_only);
+    queue.give(batch_of(0));
+    {
+        std::unique_lock lock(door.mutex);
+        door.changed.wait(lock, [&] { return door.inside; });
+    }
+    for (Nanoseconds time = 1; time <= 100; ++time) queue.give(batch_of(time));
+    {
+        const std::lock_guard lock(door.mutex);
+        door.open = true;
+    }
+    door.changed.notify_all();
+    EXPECT_TRUE(queue.finish());
+    EXPECT_EQ(door.passed, (std::vector<Nanoseconds>{0, 100}));
 }
 
 TEST(SinkQueue, OfARecordingNothingIsLost) {
@@ -67,7 +90,7 @@ TEST(SinkQueue, OfARecordingNothingIsLost) {
     SinkQueue queue(std::make_unique<DoorSink>(door), 1, Overflow::wait);
     std::vector<Nanoseconds> all;
     for (Nanoseconds time = 0; time < 500; ++time) {
-        queue.give({time, {}, {}});
+        queue.give(batch_of(time));
         all.push_back(time);
     }
     EXPECT_TRUE(queue.finish());
@@ -79,14 +102,14 @@ TEST(SinkQueue, AFailureIsToldAtTheEndAndWhatComesLaterIsTriedAgain) {
     Door door;
     door.fails = true;
     SinkQueue queue(std::make_unique<DoorSink>(door), 1, Overflow::wait);
-    queue.give({7, {}, {}});
-    queue.give({8, {}, {}});
-    queue.give({9, {}, {}});  // 7 has failed by now: only one waits
+    queue.give(batch_of(7));
+    queue.give(batch_of(8));
+    queue.give(batch_of(9));  // 7 has failed by now: only one waits
     {
         const std::lock_guard lock(door.mutex);
         door.fails = false;
     }
-    queue.give({10, {}, {}});
+    queue.give(batch_of(10));
     const auto finished = queue.finish();
     ASSERT_FALSE(finished);
     EXPECT_EQ(finished.error().message, "batch 7 is lost");

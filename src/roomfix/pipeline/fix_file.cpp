@@ -24,7 +24,7 @@ Result<void> FixFile::give(const FixBatch& batch) {
     out.flush();
     if (out) return {};
     out.clear();
-    return Error{fmt::format("{}: fixes could not be written and are lost: is the disk full?", name_ == "-" ? "stdout" : name_)};
+    return Error{fmt::format("{}: fixes could not be written and are lost: is the disk full?", name())};
 }
 
 }  // namespace roomfix

@@ -14,6 +14,7 @@ class FixFile final : public FixSink {
 public:
     /// "-" is stdout. An error if the file cannot be written.
     static Result<std::unique_ptr<FixFile>> open(const std::string& file);
+    std::string name() const override { return name_ == "-" ? "stdout" : name_; }
     /// Writes them out at once.
     Result<void> give(const FixBatch& batch) override;
 

@@ -20,6 +20,8 @@ struct FixBatch {
 class FixSink {
 public:
     virtual ~FixSink() = default;
+    /// For messages.
+    virtual std::string name() const { return "a sink"; }
     /// One batch after the other, in the order in which they came. An error says in words what was lost and what to do; it is told once, and the
     /// next batch is tried again.
     virtual Result<void> give(const FixBatch& batch) = 0;
@@ -30,7 +32,8 @@ public:
 /// What happens where a sink cannot keep up.
 enum class Overflow {
     wait,         // whoever gives fixes waits: of a recording nothing is lost
-    drop_oldest,  // the oldest batch that waits is thrown away and counted
+    drop_oldest,  // the oldest batches that wait are thrown away, and the sink's end says how many
+    newest_only,  // of what is only looked at: a batch that was not taken yet is replaced
 };
 
 }  // namespace roomfix

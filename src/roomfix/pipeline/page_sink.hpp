@@ -17,6 +17,7 @@ public:
     /// Serves the page from now on. `tracker`, which keeps its frames from now on, must outlive it. An error if the address is taken or not ours.
     static Result<std::unique_ptr<PageSink>> serve(SiteTracker& tracker, const std::string& host, int port);
 
+    std::string name() const override { return "the page"; }
     int port() const { return server_.port(); }
     Result<void> give(const FixBatch& batch) override;
 

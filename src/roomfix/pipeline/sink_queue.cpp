@@ -1,16 +1,21 @@
 #include "roomfix/pipeline/sink_queue.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace roomfix {
 
 SinkQueue::SinkQueue(std::unique_ptr<FixSink> sink, std::size_t capacity, Overflow overflow)
-    : sink_(std::move(sink)), capacity_(std::max<std::size_t>(capacity, 1)), overflow_(overflow), thread_([this] { work(); }) {}
+    : sink_(std::move(sink)),
+      capacity_(overflow == Overflow::newest_only ? 1 : std::max<std::size_t>(capacity, 1)),
+      overflow_(overflow),
+      thread_([this] { work(); }) {}
 
 SinkQueue::~SinkQueue() { (void)finish(); }
 
-void SinkQueue::give(const FixBatch& batch) {
+void SinkQueue::give(std::shared_ptr<const FixBatch> batch) {
     {
         std::unique_lock lock(mutex_);
         if (overflow_ == Overflow::wait) {
@@ -19,7 +24,7 @@ void SinkQueue::give(const FixBatch& batch) {
             waiting_.pop_front();
             ++dropped_;
         }
-        waiting_.push_back(batch);
+        waiting_.push_back(std::move(batch));
     }
     changed_.notify_all();
 }
@@ -29,11 +34,11 @@ void SinkQueue::work() {
     while (true) {
         changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
         if (waiting_.empty()) return;
-        const FixBatch batch = std::move(waiting_.front());
+        const std::shared_ptr<const FixBatch> batch = std::move(waiting_.front());
         waiting_.pop_front();
         lock.unlock();
         changed_.notify_all();
-        const Result<void> given = sink_->give(batch);
+        const Result<void> given = sink_->give(*batch);
         lock.lock();
         keep_error(given);
     }
@@ -53,6 +58,9 @@ Result<void> SinkQueue::finish() {
     if (thread_.joinable()) {
         thread_.join();
         keep_error(sink_->finish());
+        if (overflow_ == Overflow::drop_oldest && dropped_ > 0) {
+            keep_error(Error{fmt::format("{} could not keep up: {} moments are missing in it", sink_->name(), dropped_)});
+        }
     }
     if (error_) return *error_;
     return {};

@@ -16,15 +16,15 @@ namespace roomfix {
 
 class SinkQueue {
 public:
-    /// `capacity`: batches that may wait, at least 1.
+    /// `capacity`: batches that may wait, at least 1; of `newest_only` it is 1.
     SinkQueue(std::unique_ptr<FixSink> sink, std::size_t capacity, Overflow overflow);
     ~SinkQueue();
     SinkQueue(const SinkQueue&) = delete;
     SinkQueue& operator=(const SinkQueue&) = delete;
 
     /// From any thread.
-    void give(const FixBatch& batch);
-    /// Waits until all that was given has been passed on, and ends the thread. The first error of the sink.
+    void give(std::shared_ptr<const FixBatch> batch);
+    /// Waits until all that was given has been passed on, and ends the thread. The first error of the sink, or how much was lost.
     Result<void> finish();
     /// Batches that were thrown away.
     long dropped() const;
@@ -38,7 +38,7 @@ private:
     Overflow overflow_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<FixBatch> waiting_;
+    std::deque<std::shared_ptr<const FixBatch>> waiting_;
     std::optional<Error> error_;  // the first
     long dropped_ = 0;
     bool ending_ = false;

@@ -20,7 +20,9 @@ namespace roomfix {
 
 SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(std::make_unique<RecordedSenses>()) {
     tracker_.on_fixes([this](const FixBatch& batch) {
-        for (const auto& sink : sinks_) sink->give(batch);
+        if (sinks_.empty()) return;
+        const auto shared = std::make_shared<const FixBatch>(batch);
+        for (const auto& sink : sinks_) sink->give(shared);
     });
     tracker_.before_frames([this](Nanoseconds time) { process_senses_until(time); });
 }
