@@ -1,11 +1,11 @@
 // `roomfix calibrate lens`, `floor` and `grid` as their users call them, and what they say to bad input.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 
+#include "acceptance/data_folder.hpp"
 #include "acceptance/program.hpp"
 #include "roomfix/calibrate/floor.hpp"
 #include "roomfix/connect/camera_info.hpp"
@@ -116,11 +116,12 @@ TEST_F(Calibrate, FloorGoesFromOneTileToTheSiteFile) {
     EXPECT_TRUE(pose.has_covariance);
     EXPECT_LT((pose.map_from_camera.pose.translation() - Eigen::Vector3d(0, 0, 2.4)).norm(), 0.02);
     expect_says(call(asked + " --no-grid --write"), 1, "--force replaces it");
-    // A folder that cannot be written to: nothing changes. Root may write anywhere.
-    if (geteuid() == 0) return;
-    fs::permissions(*folder, fs::perms::owner_read | fs::perms::owner_exec);
+    // Something stands where the new file is to be written: nothing changes.
+    const std::string before = text_of(site());
+    fs::create_directory(site() + ".new");
     expect_says(call(asked + " --write --force"), 2, "cannot be written");
-    fs::permissions(*folder, fs::perms::owner_all);
+    EXPECT_EQ(text_of(site()), before);
+    fs::remove(site() + ".new");
 }
 
 TEST_F(Calibrate, FloorSaysWhatIsWrong) {

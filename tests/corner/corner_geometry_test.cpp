@@ -74,7 +74,7 @@ TEST(CornerGeometry, TheClosedFormAgreesWithThreeOrthogonalAnglesOn100000Poses) 
 }
 
 TEST(CornerGeometry, WhatIsDrawnIsFoundAgainForWallsAtAnyAngle) {
-    rc::check([] {
+    EXPECT_TRUE(rc::check([] {
         const auto unit = [] { return *rc::gen::inRange(1, 1000) / 1000.0; };
         const double angle = 0.9 + 1.4 * unit();
         const double a = 0.2 + 2 * unit();
@@ -87,11 +87,11 @@ TEST(CornerGeometry, WhatIsDrawnIsFoundAgainForWallsAtAnyAngle) {
         double best = 1;
         for (int i = 0; i < found.count; ++i) best = std::min(best, difference(found.views[static_cast<std::size_t>(i)], view));
         RC_ASSERT(best < 1e-8);
-    });
+    }));
 }
 
 TEST(CornerGeometry, EveryLabellingIsACameraInsideARoom) {
-    rc::check([] {
+    EXPECT_TRUE(rc::check([] {
         const auto unit = [] { return *rc::gen::inRange(1, 1000) / 1000.0; };
         const CornerView view = looking({0.3 + 2 * unit(), 0.3 + 2 * unit()}, {0, 0, 0}, unit() - 0.5);
         const auto rays = corner_rays(view, right_angle);
@@ -105,7 +105,7 @@ TEST(CornerGeometry, EveryLabellingIsACameraInsideARoom) {
             same += difference(found.views[0], view) < 1e-9;
         }
         RC_ASSERT(same == 1);
-    });
+    }));
 }
 
 TEST(CornerGeometry, AnOutsideCornerIsNone) {

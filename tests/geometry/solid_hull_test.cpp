@@ -38,7 +38,7 @@ TEST(HullVolume, OfFlatPointsIsNothing) {
 }
 
 TEST(HullVolume, IsThatOfTheBoxHoweverManyPointsLieInItsFaces) {
-    rc::check([] {
+    EXPECT_TRUE(rc::check([] {
         Random random(*rc::gen::arbitrary<std::uint32_t>());
         const Eigen::Vector3d size(random.uniform(0.01, 2), random.uniform(0.01, 2), random.uniform(0.01, 2));
         std::vector<Eigen::Vector3d> points = box_mesh(size).corners;
@@ -52,7 +52,7 @@ TEST(HullVolume, IsThatOfTheBoxHoweverManyPointsLieInItsFaces) {
         const Eigen::AngleAxisd turn(random.uniform(0, 6), Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized());
         for (auto& p : points) p = turn * p;
         RC_ASSERT(std::abs(hull_volume(points) / size.prod() - 1) < 1e-5);
-    });
+    }));
 }
 
 TEST(Supports, CornersAreFewAndFallShortByTheToleranceAtMost) {
