@@ -1,0 +1,83 @@
+#include "roomfix/pipeline/fix_delivery.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "roomfix/pipeline/wall_clock.hpp"
+
+namespace roomfix {
+namespace {
+
+/// Cameras that looked together, each by its own name, none twice.
+std::vector<std::string> single_sources(const std::vector<std::string>& sources) {
+    std::vector<std::string> single;
+    for (const std::string& source : sources) {
+        for (std::size_t begin = 0; begin <= source.size();) {
+            const std::size_t end = std::min(source.find('+', begin), source.size());
+            const std::string name = source.substr(begin, end - begin);
+            if (std::find(single.begin(), single.end(), name) == single.end()) single.push_back(name);
+            begin = end + 1;
+        }
+    }
+    return single;
+}
+
+}  // namespace
+
+std::optional<double> FixDelivery::latency(Nanoseconds time) const {
+    if (!pace_) return std::nullopt;
+    return wall_clock() - pace_->wall_of(time);
+}
+
+void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts) {
+    const std::lock_guard lock(mutex_);
+    const double before = wall_clock();
+    FixBatch batch{time, {}, std::move(all)};
+    for (const Fix& fix : batch.all) {
+        FixStatus& last = last_status_.try_emplace(fix.robot, FixStatus::none).first->second;
+        const bool said = fix.status == FixStatus::none && last == FixStatus::none;
+        last = fix.status;
+        if (said || !is_due(fix)) continue;
+        const auto [last_time, first] = last_given_.try_emplace(fix.robot, time);
+        if (!first && fix.status != FixStatus::ok && last_time->second == time) continue;  // another source of the same moment has said it
+        last_time->second = time;
+        Fix& given = batch.given.emplace_back(fix);
+        given.sources = single_sources(fix.sources);
+        given.latency = latency(time);
+        if (!given.latency) continue;
+        times_.add(Stage::latency, *given.latency);
+        if (parts.looking <= 0) continue;
+        given.latency_parts = parts;
+        given.latency_parts->tracking = *given.latency - parts.waiting - parts.looking - parts.fitting;
+    }
+    for (Fix& fix : batch.all) fix.sources = single_sources(fix.sources);
+    due_.push_back(std::move(batch));
+    times_.add(Stage::publish, wall_clock() - before);
+}
+
+void FixDelivery::deliver() {
+    const std::lock_guard order(delivering_);
+    std::vector<FixBatch> batches;
+    {
+        const std::lock_guard lock(mutex_);
+        batches.swap(due_);
+    }
+    for (const FixBatch& batch : batches) {
+        for (const auto& listener : listeners_) listener(batch);
+    }
+}
+
+std::optional<Nanoseconds> FixDelivery::last_given(const std::string& robot) const {
+    const std::lock_guard lock(mutex_);
+    const auto last = last_given_.find(robot);
+    if (last == last_given_.end()) return std::nullopt;
+    return last->second;
+}
+
+FixStatus FixDelivery::last_status(const std::string& robot) const {
+    const std::lock_guard lock(mutex_);
+    const auto last = last_status_.find(robot);
+    return last == last_status_.end() ? FixStatus::none : last->second;
+}
+
+}  // namespace roomfix
