@@ -3,7 +3,7 @@
 
 int main(int argc, char** argv) {
     CLI::App app{"roomfix finds robots indoors with ordinary cameras."};
-    app.set_version_flag("--version", std::string("roomfix ") + version);
+    app.set_version_flag("--version", std::string("roomfix ") + roomfix::version);
     app.require_subcommand(1);
     app.footer("Start with: roomfix demo");
     int exit_code = roomfix::done;

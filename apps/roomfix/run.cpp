@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
 #include "several_values.hpp"

@@ -9,24 +9,24 @@
 namespace roomfix {
 namespace {
 
-constexpr int width = 192;
-constexpr int height = 144;
+constexpr int floor_width = 192;
+constexpr int floor_height = 144;
 
 /// A wooden floor with boards and grain, under a light per channel; `paint` may change the light of a pixel or its colour.
 template <class Paint>
 ColourImage floor_picture(unsigned seed, const Paint& paint) {
-    ColourImage image{width, height, 3, 1, {}};
+    ColourImage image{floor_width, floor_height, 3, 1, {}};
     image.values.resize(image.pixels() * 3);
     std::mt19937 grain(7);
     std::mt19937 noise(seed);
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < floor_height; ++y) {
+        for (int x = 0; x < floor_width; ++x) {
             const double wood = 1 + 0.15 * ((x / 16 + y / 48) % 2) + 0.04 * (static_cast<double>(grain() % 1000) / 500 - 1);
             double colour[3] = {60 * wood, 100 * wood, 130 * wood};
             paint(x, y, colour);
             for (int c = 0; c < 3; ++c) {
                 const double value = colour[c] + 2 * (static_cast<double>(noise() % 1000) / 500 - 1);
-                image.values[3 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)) + static_cast<std::size_t>(c)] =
+                image.values[3 * (static_cast<std::size_t>(y) * floor_width + static_cast<std::size_t>(x)) + static_cast<std::size_t>(c)] =
                     static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
             }
         }
@@ -50,10 +50,10 @@ ColourBackground learned() {
 double other_part(const Evidence& evidence, bool inside) {
     double sum = 0;
     double count = 0;
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < floor_height; ++y) {
+        for (int x = 0; x < floor_width; ++x) {
             if (in_square(x, y) != inside) continue;
-            sum += static_cast<double>(evidence.pixels[static_cast<std::size_t>(y * width + x)].other);
+            sum += static_cast<double>(evidence.pixels[static_cast<std::size_t>(y * floor_width + x)].other);
             ++count;
         }
     }
@@ -65,7 +65,7 @@ TEST(EvidenceOfColours, ExposureAndWhiteBalanceAreNoForeground) {
     Evidence evidence;
     ASSERT_TRUE(background.compare(floor_picture(99,
                                                  [](int x, int, double* c) {
-                                                     const double lamp = 1 + 0.2 * x / width;
+                                                     const double lamp = 1 + 0.2 * x / floor_width;
                                                      c[0] *= 0.8 * lamp, c[1] *= 0.7 * lamp, c[2] *= 0.6 * lamp;
                                                  }),
                                    evidence));
@@ -121,7 +121,7 @@ TEST(EvidenceOfColours, SumsAreThoseOfThePixels) {
     double other = 0;
     for (int y = 20; y < 100; ++y) {
         for (int x = 28; x < 152; ++x) {  // all cells that the box touches
-            const auto& p = evidence.pixels[static_cast<std::size_t>(y * width + x)];
+            const auto& p = evidence.pixels[static_cast<std::size_t>(y * floor_width + x)];
             plain += static_cast<double>(p.plain);
             other += static_cast<double>(p.other);
         }
