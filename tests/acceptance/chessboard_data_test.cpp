@@ -23,11 +23,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path folder = data_folder("chessboard");
+const fs::path chessboard_folder = data_folder("chessboard");
 
 std::vector<BoardShot> shots_of(const std::string& side, const Chessboard& board) {
     std::vector<BoardShot> shots;
-    for (const auto& entry : fs::directory_iterator(folder)) {
+    for (const auto& entry : fs::directory_iterator(chessboard_folder)) {
         if (entry.path().extension() != ".jpg" || entry.path().filename().string().rfind(side, 0) != 0) continue;
         const auto picture = load_luma(entry.path());
         EXPECT_TRUE(picture);
@@ -40,7 +40,7 @@ std::vector<BoardShot> shots_of(const std::string& side, const Chessboard& board
 constexpr int within_squares = 0;  // a window that stays within the squares
 std::map<std::string, std::vector<cv::Point2f>> opencv_corners(const std::string& side, int wanted_window) {
     std::map<std::string, std::vector<cv::Point2f>> all;
-    for (const auto& entry : fs::directory_iterator(folder)) {
+    for (const auto& entry : fs::directory_iterator(chessboard_folder)) {
         if (entry.path().extension() != ".jpg" || entry.path().filename().string().rfind(side, 0) != 0) continue;
         const cv::Mat picture = cv::imread(entry.path().string(), cv::IMREAD_GRAYSCALE);
         std::vector<cv::Point2f> corners;
@@ -83,7 +83,7 @@ OpenCvLens opencv_lens(const std::string& side, bool released) {
 }
 
 TEST(ChessboardData, BothCamerasAreCalibratedBetterThanThePublishedResult) {
-    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(chessboard_folder)) GTEST_SKIP() << chessboard_folder << " is absent: set ROOMFIX_DATA to a chessboard_folder that holds chessboard/";
     const Chessboard board{9, 6, 0.025};
     for (const std::string side : {"left", "right"}) {
         const auto lens = calibrate_lens(shots_of(side, board), 640, 480, board, {.exact_board = true});
@@ -95,7 +95,7 @@ TEST(ChessboardData, BothCamerasAreCalibratedBetterThanThePublishedResult) {
             EXPECT_LT(std::abs(lens->model.intrinsics()[i] - opencv.numbers[i]), 2 * std::sqrt(lens->covariance(i, i))) << side << ", number " << i;
         }
         if (side == "right") continue;
-        const auto published = load_camera_info(folder / "left_intrinsics.yml");
+        const auto published = load_camera_info(chessboard_folder / "left_intrinsics.yml");
         ASSERT_TRUE(published) << published.error().message;
         EXPECT_LT(lens->rms, 0.3926) << "average reprojection error of the published result";
         // That result rests on one shot whose corners are off by 1.2 px: half a percent of the focal length.
@@ -109,7 +109,7 @@ TEST(ChessboardData, BothCamerasAreCalibratedBetterThanThePublishedResult) {
 }
 
 TEST(ChessboardData, OnThePublishedResultsOwnCornersWeAgreeWithIt) {
-    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(chessboard_folder)) GTEST_SKIP() << chessboard_folder << " is absent: set ROOMFIX_DATA to a chessboard_folder that holds chessboard/";
     constexpr int published_window = 11;  // px: with it OpenCV gives the published numbers to four digits
     std::vector<BoardShot> shots;
     for (const auto& [name, corners] : opencv_corners("left", published_window)) {
@@ -119,7 +119,7 @@ TEST(ChessboardData, OnThePublishedResultsOwnCornersWeAgreeWithIt) {
     }
     const auto lens = calibrate_lens(shots, 640, 480, {9, 6, 0.025}, {.exact_board = true});
     ASSERT_TRUE(lens) << lens.error().message;
-    const auto published = load_camera_info(folder / "left_intrinsics.yml");
+    const auto published = load_camera_info(chessboard_folder / "left_intrinsics.yml");
     ASSERT_TRUE(published) << published.error().message;
     EXPECT_LT(lens->rms, 0.3926) << "average reprojection error of the published result";
     for (int i = 0; i < 9; ++i) {
@@ -128,7 +128,7 @@ TEST(ChessboardData, OnThePublishedResultsOwnCornersWeAgreeWithIt) {
 }
 
 TEST(ChessboardData, BothCamerasMeasureTheSameBoard) {
-    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(chessboard_folder)) GTEST_SKIP() << chessboard_folder << " is absent: set ROOMFIX_DATA to a chessboard_folder that holds chessboard/";
     const Chessboard board{9, 6, 0.025};
     std::vector<Eigen::Matrix3Xd> corners;
     for (const std::string side : {"left", "right"}) {
@@ -152,7 +152,7 @@ TEST(ChessboardData, BothCamerasMeasureTheSameBoard) {
 }
 
 TEST(ChessboardData, HalvesOfTheShotsContradictEachOtherLittleMoreThanTheySay) {
-    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(chessboard_folder)) GTEST_SKIP() << chessboard_folder << " is absent: set ROOMFIX_DATA to a chessboard_folder that holds chessboard/";
     const Chessboard board{9, 6, 0.025};
     Random random(3);
     double nees = 0, count = 0;
@@ -173,12 +173,12 @@ TEST(ChessboardData, HalvesOfTheShotsContradictEachOtherLittleMoreThanTheySay) {
 }
 
 TEST(ChessboardData, EdgesOfTheRoomTellTheSameDistortion) {
-    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is absent: set ROOMFIX_DATA to a folder that holds chessboard/";
+    if (!fs::exists(chessboard_folder)) GTEST_SKIP() << chessboard_folder << " is absent: set ROOMFIX_DATA to a chessboard_folder that holds chessboard/";
     // k1 as the boards' corners tell. Most long edges are the board's own, which is bent a little.
     for (const auto& [side, k1] : {std::pair{"left", -0.297}, {"right", -0.303}}) {
         std::vector<LongEdge> edges;
         std::size_t number = 0;
-        for (const auto& entry : fs::directory_iterator(folder)) {
+        for (const auto& entry : fs::directory_iterator(chessboard_folder)) {
             if (entry.path().extension() != ".jpg" || entry.path().filename().string().rfind(side, 0) != 0) continue;
             const auto picture = load_luma(entry.path());
             ASSERT_TRUE(picture);

@@ -259,15 +259,15 @@ std::string places_of_point(const std::string& truth, double ahead, double left)
 double rmse_in(const std::string& json_file) { return nlohmann::json::parse(text_of(json_file))["all"]["position"]["rmse"].get<double>(); }
 
 TEST_F(CommandLine, EvaluateTakesATruthOfAnotherPointWithoutYaw) {
-    const std::string fixes = (*folder / "point.jsonl").string(), truth = (*folder / "point.csv").string(), json = (*folder / "point.json").string();
+    const std::string fixes = (*folder / "point.jsonl").string(), truth = (*folder / "point.csv").string(), numbers = (*folder / "point.json").string();
     ASSERT_EQ(call(fmt::format("replay {} --smooth --fixes {}", session(), fixes)).code, 0);
     std::ofstream(truth) << places_of_point(text_of(session() + "/truth.csv"), 0.2, -0.1);
     const std::string asked = fmt::format("evaluate {} --truth {} --symmetry-deg 90", fixes, truth);
-    expect_says(call(fmt::format("{} --json {}", asked, json)), 0, "The truth has no yaw beside");
-    const double middle = rmse_in(json);
+    expect_says(call(fmt::format("{} --json {}", asked, numbers)), 0, "The truth has no yaw beside");
+    const double middle = rmse_in(numbers);
     EXPECT_GT(middle, 0.15) << "the truth is about a point 22 cm from the middle";
     const std::string page = (*folder / "point.html").string(), poses = (*folder / "point-tum").string();
-    expect_says(call(fmt::format("{} --point 0.2,-0.1,0.4 --json {} --report {} --tum {} --session {}", asked, json, page, poses, session())), 0, "bound");
+    expect_says(call(fmt::format("{} --point 0.2,-0.1,0.4 --json {} --report {} --tum {} --session {}", asked, numbers, page, poses, session())), 0, "bound");
     EXPECT_NE(text_of(page).find("The truth has no yaw beside"), std::string::npos);
     EXPECT_NE(text_of(fs::path(poses) / "r1-truth.tum").find(" 0 0 0 0 1\n"), std::string::npos);
     for (const char* wrong : {"0.2,-0.1", "0.2;-0.1;0.4", "0.2,-0.1,0.4,", "nan,0,0", "200,-100,400"}) {
