@@ -16,6 +16,7 @@
 #include "numpy_picture.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/estimate/tracker.hpp"
+#include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/single_shot.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
@@ -243,6 +244,9 @@ PYBIND11_MODULE(_roomfix, module) {
              [](const Site& site) { return fmt::format("<roomfix.Site '{}': {} cameras, {} robots>", site.name, site.cameras.size(), site.robots.size()); });
     module.def(
         "load_site", [](const std::filesystem::path& file) { return unwrapped(load_session(file)); }, arg("file"));
+
+    module.def(
+        "load_grey", [](const std::filesystem::path& file) { return array_of(unwrapped(load_luma(file))); }, arg("file"));
 
     py::class_<PoseHypothesis>(module, "Hypothesis")
         .def_property_readonly("pose", [](const PoseHypothesis& h) { return vector_of(h.pose); })

@@ -33,4 +33,10 @@ NumpyPicture picture_of(const py::array& array, const std::string& order) {
     return picture;
 }
 
+py::array_t<std::uint8_t> array_of(LumaView grey) {
+    py::array_t<std::uint8_t> array({grey.height, grey.width});
+    for (int y = 0; y < grey.height; ++y) std::memcpy(array.mutable_data(y, 0), grey.row(y), static_cast<std::size_t>(grey.width));
+    return array;
+}
+
 }  // namespace roomfix

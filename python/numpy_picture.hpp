@@ -22,4 +22,7 @@ struct NumpyPicture {
 /// what is wrong, for anything else.
 NumpyPicture picture_of(const pybind11::array& array, const std::string& order);
 
+/// A grey picture as an array, height x width.
+pybind11::array_t<std::uint8_t> array_of(LumaView grey);
+
 }  // namespace roomfix

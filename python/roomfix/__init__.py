@@ -9,9 +9,11 @@ and the others say more; docs/python.md has examples.
 """
 import numpy as _numpy
 
-from ._roomfix import Camera, Error, Fix, Hypothesis, Site, Tracker, __version__, load_site, replay
+from ._roomfix import Camera, Error, Fix, Hypothesis, Site, Tracker, __version__, load_grey, load_site, replay
 
-__all__ = ["Camera", "Error", "Fix", "Hypothesis", "Site", "Tracker", "__version__", "arrays", "load_site", "replay"]
+Error.__module__ = "roomfix"
+
+__all__ = ["Camera", "Error", "Fix", "Hypothesis", "Site", "Tracker", "__version__", "arrays", "load_grey", "load_site", "replay"]
 
 
 def arrays(fixes, robot=None):

@@ -26,6 +26,9 @@ class Site:
 def load_site(file: Union[str, PathLike[str]]) -> Site:
     """Reads a site file, or that of a session's folder. Raises Error, with every mistake and its line."""
 
+def load_grey(file: Union[str, PathLike[str]]) -> NDArray[numpy.uint8]:
+    """A picture of any usual format as grey levels, height x width."""
+
 class Hypothesis:
     """One of several poses that explain the same picture; the weights of all add up to 1."""
 

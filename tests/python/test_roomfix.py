@@ -5,7 +5,6 @@ import subprocess
 import sys
 import tempfile
 import unittest
-import zlib
 
 import numpy
 
@@ -14,47 +13,12 @@ import roomfix
 program = sys.argv.pop()
 
 
-def read_png(file):
-    """A grey PNG of 8 bits, with nothing but numpy."""
-    data = pathlib.Path(file).read_bytes()
-    at, packed = 8, b""
-    while at < len(data):
-        length, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
-        if kind == b"IHDR":
-            width, height = (int.from_bytes(data[at + 8 + 4 * i : at + 12 + 4 * i], "big") for i in range(2))
-        if kind == b"IDAT":
-            packed += data[at + 8 : at + 8 + length]
-        at += 12 + length
-    rows = numpy.frombuffer(zlib.decompress(packed), dtype=numpy.uint8).reshape(height, width + 1)
-    picture = numpy.zeros((height, width), dtype=numpy.uint8)
-    for y in range(height):
-        above = picture[y - 1].astype(int) if y else numpy.zeros(width, dtype=int)
-        line, kind = rows[y, 1:].astype(int), rows[y, 0]
-        if kind == 0:
-            picture[y] = line
-        elif kind == 2:
-            picture[y] = (line + above) % 256
-        else:
-            left = upper_left = 0
-            for x in range(width):
-                if kind == 1:
-                    guess = left
-                elif kind == 3:
-                    guess = (left + above[x]) // 2
-                else:
-                    p = left + above[x] - upper_left
-                    guess = min((left, above[x], upper_left), key=lambda v: abs(p - v))
-                left, upper_left = (line[x] + guess) % 256, above[x]
-                picture[y, x] = left
-    return picture
-
-
 class Module(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.session = pathlib.Path(cls.folder.name) / "session"
-        subprocess.run([program, "simulate", "li2014", "-o", cls.session, "--duration", "2", "--png"], check=True, capture_output=True)
+        subprocess.run([program, "simulate", "li2014", "-o", cls.session, "--duration", "2"], check=True, capture_output=True)
 
     @classmethod
     def tearDownClass(cls):
@@ -86,7 +50,7 @@ class Module(unittest.TestCase):
     def test_pictures_as_numpy(self):
         site = roomfix.load_site(self.session)
         name = site.cameras[0]
-        picture = read_png(sorted((self.session / "frames" / name).glob("*.png"))[0])
+        picture = roomfix.load_grey(sorted((self.session / "frames" / name).glob("*"))[0])
         camera = roomfix.Camera(site, name)
         fixes = camera.fix(picture)
         self.assertTrue(fixes)
@@ -99,6 +63,8 @@ class Module(unittest.TestCase):
             camera.fix(picture[::2, ::2])
         with self.assertRaisesRegex(ValueError, "'rgb' or 'bgr'"):
             camera.fix(picture, order="hsv")
+        with self.assertRaisesRegex(roomfix.Error, "cannot be opened|cannot be read"):
+            roomfix.load_grey(self.session / "nowhere.png")
         with self.assertRaisesRegex(roomfix.Error, "there is no camera 'cellar'"):
             roomfix.Camera(site, "cellar")
 
@@ -107,14 +73,14 @@ class Module(unittest.TestCase):
         tracker = roomfix.Tracker(site)
         odometry = numpy.genfromtxt(self.session / "odometry.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
         told, given = 0, []
-        folders = {name: sorted((self.session / "frames" / name).glob("*.png")) for name in site.cameras}
+        folders = {name: sorted((self.session / "frames" / name).glob("*")) for name in site.cameras}
         for files in list(zip(*folders.values()))[:4]:
             self.assertEqual(len({file.stem for file in files}), 1)
             time = int(files[0].stem) * 1e-9
             while told < len(odometry) and odometry["time"][told] <= time:
                 tracker.odometry("r1", *(float(odometry[name][told]) for name in ("x", "y", "yaw")), float(odometry["time"][told]))
                 told += 1
-            given += tracker.frames({name: read_png(file) for name, file in zip(folders, files)}, time)
+            given += tracker.frames({name: roomfix.load_grey(file) for name, file in zip(folders, files)}, time)
         replayed = {(fix.time_ns, tuple(fix.sources)): fix for fix in roomfix.replay(self.session) if fix.status == "ok"}
         compared = [(fix, replayed[(fix.time_ns, tuple(fix.sources))]) for fix in given if (fix.time_ns, tuple(fix.sources)) in replayed]
         self.assertGreater(len(compared), 3)
@@ -126,7 +92,7 @@ class Module(unittest.TestCase):
         beacons = {"b1": (0, 0, 2.5), "b2": (8, 0, 2.5), "b3": (8, 6, 2.5), "b4": (0, 6, 2.5)}
         lines = "".join(f"  {name}: {{position: [{x}, {y}, {z}]}}\n" for name, (x, y, z) in beacons.items())
         (folder / "beacons.yaml").write_text(
-            f"roomfix: 1\nbeacons:\n{lines}robots:\n  r1: {{shape: box, size: [0.5, 0.4, 0.4], receiver: {{position: [0, 0, 0.5]}}, odometry: {{}}}}\n")
+            f"roomfix: 1\nsite: {{name: room}}\nbeacons:\n{lines}robots:\n  r1: {{shape: box, size: [0.5, 0.4, 0.4], receiver: {{position: [0, 0, 0.5]}}, odometry: {{}}}}\n")
         tracker = roomfix.Tracker(roomfix.load_site(folder / "beacons.yaml"))
         fixes = []
         for i in range(300):
@@ -145,8 +111,8 @@ class Module(unittest.TestCase):
 
     def test_a_bad_site_lists_its_mistakes(self):
         file = pathlib.Path(self.folder.name) / "bad.yaml"
-        file.write_text("roomfix: 1\nrobots:\n  r1: {shape: egg}\n")
-        with self.assertRaisesRegex(roomfix.Error, "bad.yaml:3"):
+        file.write_text("roomfix: 1\nsite: {name: room}\nrobots:\n  r1: {shape: egg}\n")
+        with self.assertRaisesRegex(roomfix.Error, "bad.yaml:4"):
             roomfix.load_site(file)
         with self.assertRaises(ValueError):
             roomfix.load_site(pathlib.Path(self.folder.name) / "missing.yaml")
