@@ -54,6 +54,7 @@ foreach(module aruco calib3d videoio imgcodecs imgproc core)
     string(APPEND opencv_archives " -lopencv_${module}")
   endif()
 endforeach()
+file(RELATIVE_PATH up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)  # so that an installed tree may be moved
 configure_file(cmake/roomfix.pc.in roomfix.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/roomfix.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 

@@ -97,7 +97,7 @@ class Tracker:
     def sighting(self, robot: str, landmark: Optional[str] = None, range: Optional[float] = None, bearing: Optional[float] = None, *, time: float) -> List[Fix]:
         """What a robot's own detector saw; without `landmark` it does not say which one. m, rad to the left."""
     def fixes(self, time: float) -> List[Fix]:
-        """Every robot at that time, also those without a place."""
+        """Every robot that anything was said of, at that time; also one that was lost since."""
     @property
     def cameras(self) -> Dict[str, str]:
         """What is to be said of each camera: ok, changed, frozen, quarantined, with the reason."""

@@ -13,7 +13,7 @@ namespace roomfix {
 struct FixBatch {
     Nanoseconds time = 0;
     std::vector<Fix> given;  // those that are due: of robots that this moment says something about, and of lost ones
-    std::vector<Fix> all;    // of every robot at that time, also those without a place
+    std::vector<Fix> all;    // of every robot that anything was said of, at that time
 };
 
 /// A sink works in a thread of its own (`SinkQueue`): it may be slow, stand still or fail without anything else noticing.

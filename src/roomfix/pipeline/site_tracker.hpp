@@ -92,7 +92,7 @@ public:
     /// Recordings may have gaps of any length: what comes next is of this time.
     void go_on(Nanoseconds time);
 
-    /// Where every robot is at that time, also those without a place; m, rad, map frame.
+    /// Every robot that anything was said of, at that time; also one that was lost since. m, rad, map frame.
     std::vector<Fix> fixes(Nanoseconds time) const;
 
     /// From now on fixes state how late they are.
