@@ -70,7 +70,7 @@ struct Scenario {
     std::vector<ScenarioCamera> cameras;
     std::vector<ScenarioRobot> robots;
     std::vector<ScenarioRobot> others;  // people and things that the fixed cameras see, too; `unknown` in the truth
-    CeilingScene ceiling;  // what the cameras that look up see
+    CeilingScene ceiling;               // what the cameras that look up see
     std::vector<ScenarioUpCamera> up_cameras;
     RoomScene room;  // what the cameras that look for corners see
     std::vector<ScenarioEye> eyes;
