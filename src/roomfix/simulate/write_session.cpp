@@ -51,7 +51,8 @@ Result<void> write_odometry(const Scenario& scenario, const fs::path& folder, do
     std::vector<std::pair<WheelPose, std::string>> poses;
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
         if (!scenario.robots[r].robot.odometry) continue;
-        for (const WheelPose& pose : wheels_of(scenario, r, seed).until(std::min(duration, scenario.robots[r].until))) poses.emplace_back(pose, scenario.robots[r].robot.id);
+        for (const WheelPose& pose : wheels_of(scenario, r, seed).until(std::min(duration, scenario.robots[r].until)))
+            poses.emplace_back(pose, scenario.robots[r].robot.id);
     }
     if (poses.empty()) return {};
     std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.first.time < b.first.time; });
