@@ -15,6 +15,7 @@
 
 #include "numpy_picture.hpp"
 #include "roomfix/base/worker_pool.hpp"
+#include "roomfix/connect/fix_json.hpp"
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/background_source.hpp"
@@ -62,18 +63,6 @@ std::vector<std::string> ids_of(const List& list) {
 
 Eigen::Vector3d vector_of(const Pose2& pose) { return {pose.x, pose.y, pose.yaw}; }
 
-const char* name_of(FixStatus status) {
-    switch (status) {
-        case FixStatus::ok:
-            return "ok";
-        case FixStatus::coasting:
-            return "coasting";
-        case FixStatus::none:
-            return "none";
-    }
-    return "none";
-}
-
 /// Single pictures of one camera.
 class Camera {
 public:
@@ -81,7 +70,6 @@ public:
         : site_(site), camera_(site_.cameras[static_cast<std::size_t>(index_of(site_.cameras, camera, "camera"))]) {
         ShotOptions options;
         options.background = background;
-        if (background.empty() && !camera_.background.empty()) options.background = {resolved_path(site_, camera_.background)};
         shot_ = unwrapped(prepare_shot(site_, camera_, options));
     }
 

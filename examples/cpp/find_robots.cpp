@@ -24,7 +24,6 @@ int main(int count, char** arguments) {
 
     roomfix::ShotOptions options;
     options.images.assign(arguments + 3, arguments + count);
-    if (!camera->background.empty()) options.background = {roomfix::resolved_path(*site, camera->background)};
     const auto shot = roomfix::prepare_shot(*site, *camera, options);
     if (!shot) return give_up(shot.error());
     for (const std::string& picture : options.images) {

@@ -24,6 +24,18 @@ struct Door {
     bool fails = false;
     bool inside = false;  // the sink has a batch in its hands
     std::vector<Nanoseconds> passed;
+
+    void wait_until_inside() {
+        std::unique_lock lock(mutex);
+        changed.wait(lock, [this] { return inside; });
+    }
+    void unlock() {
+        {
+            const std::lock_guard lock(mutex);
+            open = true;
+        }
+        changed.notify_all();
+    }
 };
 
 class DoorSink final : public FixSink {
@@ -49,17 +61,10 @@ TEST(SinkQueue, WhereASinkStandsStillTheOldestAreDroppedAndNobodyWaits) {
     door.open = false;
     SinkQueue queue(std::make_unique<DoorSink>(door), 3, Overflow::drop_oldest);
     queue.give(batch_of(0));
-    {
-        std::unique_lock lock(door.mutex);
-        door.changed.wait(lock, [&] { return door.inside; });
-    }
+    door.wait_until_inside();
     for (Nanoseconds time = 1; time <= 100; ++time) queue.give(batch_of(time));
     EXPECT_EQ(queue.dropped(), 97);
-    {
-        const std::lock_guard lock(door.mutex);
-        door.open = true;
-    }
-    door.changed.notify_all();
+    door.unlock();
     const auto finished = queue.finish();
     ASSERT_FALSE(finished);
     EXPECT_EQ(finished.error().message, "a sink could not keep up: 97 moments are missing in it");
@@ -71,16 +76,9 @@ TEST(SinkQueue, OfWhatIsOnlyLookedAtTheNewestIsEnough) {
     door.open = false;
     SinkQueue queue(std::make_unique<DoorSink>(door), 1000, Overflow::newest_only);
     queue.give(batch_of(0));
-    {
-        std::unique_lock lock(door.mutex);
-        door.changed.wait(lock, [&] { return door.inside; });
-    }
+    door.wait_until_inside();
     for (Nanoseconds time = 1; time <= 100; ++time) queue.give(batch_of(time));
-    {
-        const std::lock_guard lock(door.mutex);
-        door.open = true;
-    }
-    door.changed.notify_all();
+    door.unlock();
     EXPECT_TRUE(queue.finish());
     EXPECT_EQ(door.passed, (std::vector<Nanoseconds>{0, 100}));
 }

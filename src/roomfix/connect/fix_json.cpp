@@ -29,11 +29,16 @@ std::string covariance_text(const Eigen::Matrix3d& covariance) {
 
 }  // namespace
 
+const char* name_of(FixStatus status) {
+    if (status == FixStatus::ok) return "ok";
+    return status == FixStatus::coasting ? "coasting" : "none";
+}
+
 std::string fix_line(const Fix& fix) {
     // Written by hand: times need all their nanoseconds, and the order of the keys is part of the format.
     std::string line = "{\"time\": " + seconds_text(fix.time) + ", \"robot\": " + (fix.robot.empty() || fix.unknown ? "null" : quoted(fix.robot));
     if (fix.unknown) line += ", \"kind\": \"unknown\", \"id\": " + quoted(fix.robot);
-    line += std::string(", \"status\": \"") + (fix.status == FixStatus::ok ? "ok" : fix.status == FixStatus::coasting ? "coasting" : "none") + "\"";
+    line += std::string(", \"status\": \"") + name_of(fix.status) + "\"";
     if (fix.status == FixStatus::none) {
         line += ", \"reason\": " + quoted(fix.reason);
     } else {

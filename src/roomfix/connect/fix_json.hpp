@@ -7,6 +7,9 @@
 
 namespace roomfix {
 
+/// As the records call it: ok, coasting, none.
+const char* name_of(FixStatus status);
+
 /// The fix record without a line end.
 std::string fix_line(const Fix& fix);
 

@@ -38,12 +38,16 @@ Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::
     return background;
 }
 
+std::vector<std::string> background_sources(const Site& site, const SiteCamera& camera, const std::vector<std::string>& given) {
+    if (!given.empty() || camera.background.empty()) return given;
+    return {resolved_path(site, camera.background)};
+}
+
 Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all, const BackgroundListener& listener) {
     for (std::size_t i = 0; i < tracker.cameras(); ++i) {
         const SiteCamera& camera = tracker.camera(i);
         if (!tracker.is_fixed(i)) continue;
-        std::vector<std::string> sources = for_all;
-        if (sources.empty() && !camera.background.empty()) sources = {resolved_path(tracker.site(), camera.background)};
+        const std::vector<std::string> sources = background_sources(tracker.site(), camera, for_all);
         if (sources.empty()) {
             if (listener.none) listener.none(camera);
             continue;

@@ -23,6 +23,9 @@ struct LearnedBackground {
 /// may pass, as long as each place is free more than half of the time. Frames of another size than the camera's are an error.
 Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress = {});
 
+/// Where a camera's background comes from: `given`, or if that is empty what the site says; empty where neither says anything.
+std::vector<std::string> background_sources(const Site& site, const SiteCamera& camera, const std::vector<std::string>& given);
+
 /// Who is told how learning goes on; both may be empty.
 struct BackgroundListener {
     std::function<std::function<void(double)>(const SiteCamera&)> progress;  // called before each camera: what gets its 0..1

@@ -33,16 +33,17 @@ void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::fu
     const std::lock_guard lock(mutex_);
     const double before = wall_clock();
     FixBatch batch{time, {}, std::move(all)};
-    for (const Fix& fix : batch.all) {
+    for (Fix& fix : batch.all) {
+        const bool due = is_due(fix);
+        fix.sources = single_sources(fix.sources);
         FixStatus& last = last_status_.try_emplace(fix.robot, FixStatus::none).first->second;
         const bool said = fix.status == FixStatus::none && last == FixStatus::none;
         last = fix.status;
-        if (said || !is_due(fix)) continue;
+        if (said || !due) continue;
         const auto [last_time, first] = last_given_.try_emplace(fix.robot, time);
         if (!first && fix.status != FixStatus::ok && last_time->second == time) continue;  // another source of the same moment has said it
         last_time->second = time;
         Fix& given = batch.given.emplace_back(fix);
-        given.sources = single_sources(fix.sources);
         given.latency = latency(time);
         if (!given.latency) continue;
         times_.add(Stage::latency, *given.latency);
@@ -50,7 +51,6 @@ void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::fu
         given.latency_parts = parts;
         given.latency_parts->tracking = *given.latency - parts.waiting - parts.looking - parts.fitting;
     }
-    for (Fix& fix : batch.all) fix.sources = single_sources(fix.sources);
     due_.push_back(std::move(batch));
     times_.add(Stage::publish, wall_clock() - before);
 }

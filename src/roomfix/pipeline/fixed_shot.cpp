@@ -108,18 +108,13 @@ Result<std::vector<LumaImage>> load_frames(const std::vector<std::string>& sourc
     return frames;
 }
 
-std::vector<std::string> background_sources(const Site& site, const SiteCamera& camera, const ShotOptions& options) {
-    if (!options.background.empty()) return options.background;
-    if (!camera.background.empty()) return {resolved_path(site, camera.background)};
-    return options.images.size() >= enough_to_learn ? options.images : std::vector<std::string>();
-}
-
 }  // namespace
 
 Result<Shot> prepare_fixed_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options) {
     const auto view = fixed_view(camera);
     if (!view) return view.error();
-    const auto sources = background_sources(site, camera, options);
+    auto sources = background_sources(site, camera, options.background);
+    if (sources.empty() && options.images.size() >= enough_to_learn) sources = options.images;
     if (sources.empty()) {
         return Error{
             fmt::format("camera {} has no background to compare with: give pictures without robots by --background, or 'background' in the site "

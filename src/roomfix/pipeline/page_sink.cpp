@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "roomfix/connect/fix_json.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/error_map.hpp"
@@ -137,9 +138,7 @@ std::string PageSink::state_json(const FixBatch& batch) const {
     for (const Fix& fix : batch.all) {
         if (fix.status == FixStatus::none) continue;
         json robot = {{"id", fix.robot},
-                      {"status", fix.unknown                   ? "unknown"
-                                 : fix.status == FixStatus::ok ? "ok"
-                                                               : "coasting"},
+                      {"status", fix.unknown ? "unknown" : name_of(fix.status)},
                       {"x", rounded(fix.pose.x, 1e-4)},
                       {"y", rounded(fix.pose.y, 1e-4)},
                       {"sources", fix.sources}};
