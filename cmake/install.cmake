@@ -16,7 +16,7 @@ set_target_properties(roomfix_estimate PROPERTIES EXPORT_NAME tracker)
 install(TARGETS ${targets} EXPORT roomfix-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 
 # Public headers: these, and what they include. Everything else may change at any time.
-set(public_headers base/worker_pool connect/frame_source imaging/load_luma pipeline/background_source pipeline/fix_file pipeline/page_sink pipeline/single_shot
+set(public_headers base/worker_pool connect/frame_source imaging/load_luma pipeline/background_source pipeline/fix_file pipeline/page_sink pipeline/replay pipeline/single_shot
                    pipeline/source_runner site/load_site site/site_text)
 set(pending "")
 foreach(header ${public_headers})

@@ -6,7 +6,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -19,8 +18,8 @@
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/background_source.hpp"
+#include "roomfix/pipeline/replay.hpp"
 #include "roomfix/pipeline/single_shot.hpp"
-#include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "roomfix/smooth/smoother.hpp"
 #include "roomfix/version.hpp"
@@ -196,19 +195,14 @@ private:
 };
 
 /// What `roomfix replay` writes, as a list.
-std::vector<Fix> replay(const std::filesystem::path& session, const std::vector<std::string>& background, std::optional<int> threads, bool smoothed) {
-    const auto site = load_session(session);
-    if (!site) throw Failure(site.error().message);
-    auto tracker = unwrapped(SiteTracker::create(*site));
-    check(learn_backgrounds(*tracker, background, {}));
-    if (smoothed) tracker->keep_history();
-    std::vector<Fix> fixes;
-    tracker->on_fixes([&](const FixBatch& batch) { fixes.insert(fixes.end(), batch.given.begin(), batch.given.end()); });
-    SourceRunner runner(*tracker);
-    const RunSettings settings{.speed = 0, .threads = threads.value_or(hardware_threads())};
-    const std::atomic<bool> stop{false};
-    check(runner.run(settings, stop));
-    return smoothed ? smooth(tracker->tracker(), fixes, {}).fixes : fixes;
+std::vector<Fix> replay_session(const std::filesystem::path& session, const std::vector<std::string>& background, std::optional<int> threads, bool smoothed) {
+    const Site site = unwrapped(load_session(session));
+    ReplaySettings settings;
+    settings.threads = threads.value_or(hardware_threads());
+    settings.background = background;
+    settings.keep_history = smoothed;
+    const Replayed replayed = unwrapped(replay(site, settings));
+    return smoothed ? smooth(replayed.tracker->tracker(), replayed.fixes, {}).fixes : replayed.fixes;
 }
 
 }  // namespace
@@ -272,6 +266,6 @@ PYBIND11_MODULE(_roomfix, module) {
         .def("fixes", &HandTracker::fixes, arg("time"))
         .def_property_readonly("cameras", &HandTracker::camera_messages);
 
-    module.def("replay", &replay, arg("session"), arg("background") = none, arg("threads") = py::none(), arg("smooth") = false,
+    module.def("replay", &replay_session, arg("session"), arg("background") = none, arg("threads") = py::none(), arg("smooth") = false,
                py::call_guard<py::gil_scoped_release>());
 }

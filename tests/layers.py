@@ -19,7 +19,7 @@ below = {
     "simulate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling"],
     "calibrate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "estimate"],
     "evaluate": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "smooth", "simulate", "calibrate"],
-    "connect": ["base", "geometry", "imaging", "site", "observation", "ranging", "ceiling", "corner"],
+    "connect": ["base", "geometry", "imaging", "site", "observation", "ranging"],
     "pipeline": ["base", "geometry", "imaging", "site", "observation", "overhead", "ceiling", "corner", "ranging", "estimate", "smooth", "calibrate", "connect"],
 }
 root = pathlib.Path(sys.argv[1])

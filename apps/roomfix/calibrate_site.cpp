@@ -7,9 +7,9 @@
 
 #include "calibrate.hpp"
 #include "commands.hpp"
+#include "roomfix/pipeline/replay.hpp"
 #include "roomfix/pipeline/sigma_advice.hpp"
 #include "roomfix/pipeline/site_calibration.hpp"
-#include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "run_site.hpp"
@@ -109,19 +109,19 @@ int calibrate_site_command(const SiteArguments& arguments) {
         return give_up(
             Error{"all robots of this site are one of many ('count: many'): a robot that is the only one of its name is needed, to know its whole way"});
     }
-    auto created = SiteTracker::create(*site);
-    if (!created) return give_up(created.error());
-    SiteTracker& tracker = **created;
-    if (auto learned = learn_backgrounds_aloud(tracker, arguments.background); !learned) return give_up(learned.error());
-    tracker.keep_history();
-    SourceRunner runner(tracker);
-    std::vector<Fix> fixes;
-    tracker.on_fixes([&](const FixBatch& batch) { fixes.insert(fixes.end(), batch.given.begin(), batch.given.end()); });
-    const RunSettings run{.speed = 0, .threads = arguments.threads};
-    if (auto ran = runner.run(run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    ReplaySettings settings;
+    settings.threads = arguments.threads;
+    settings.background = arguments.background;
+    settings.keep_history = true;
+    settings.stop = &stop_requested();
+    settings.progress = progress_bar("running");
+    settings.listener = background_on_terminal();
+    const auto replayed = replay(*site, settings);
+    if (!replayed) return give_up(replayed.error());
+    const SiteTracker& tracker = *replayed->tracker;
     std::vector<SiteCalibration> calibrations;
     if (tracker.cameras() > 0) {
-        calibrations = calibrated_cameras(tracker.tracker().models(), camera_errors_of(tracker.tracker(), fixes, progress_bar("calibrating")));
+        calibrations = calibrated_cameras(tracker.tracker().models(), camera_errors_of(tracker.tracker(), replayed->fixes, progress_bar("calibrating")));
     }
     std::vector<SiteResult> results;
     for (const SiteCamera& camera : site->cameras) {

@@ -10,6 +10,7 @@
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 #include "roomfix/evaluate/tracking_bound.hpp"
+#include "roomfix/pipeline/replay.hpp"
 #include "roomfix/pipeline/sigma_advice.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
@@ -62,17 +63,16 @@ struct SessionFindings {
 Result<SessionFindings> look_into(const std::filesystem::path& session, const std::vector<Fix>& fixes, const Truth& truth, const Eigen::Vector2d& point) {
     const auto site = load_session(session);
     if (!site) return site.error();
-    auto created = SiteTracker::create(*site);
-    if (!created) return created.error();
-    SiteTracker& tracker = **created;
-    if (auto learned = learn_backgrounds_aloud(tracker, {}); !learned) return learned.error();
-    tracker.keep_history();
-    RunSettings settings;
-    settings.speed = 0;
+    ReplaySettings settings;
     settings.threads = hardware_threads();
-    SourceRunner runner(tracker);
-    if (auto ran = runner.run(settings, stop_requested(), progress_bar("observing again")); !ran) return ran.error();
-    return SessionFindings{tracking_bounds(tracker.tracker(), fixes, truth, progress_bar("finding the bound"), point), sigma_advice(tracker.tracker())};
+    settings.keep_history = true;
+    settings.stop = &stop_requested();
+    settings.progress = progress_bar("observing again");
+    settings.listener = background_on_terminal();
+    const auto replayed = replay(*site, settings);
+    if (!replayed) return replayed.error();
+    const Tracker& tracker = replayed->tracker->tracker();
+    return SessionFindings{tracking_bounds(tracker, fixes, truth, progress_bar("finding the bound"), point), sigma_advice(tracker)};
 }
 
 int evaluate(const Arguments& arguments) {

@@ -8,7 +8,6 @@
 #include "commands.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/estimate/tracker.hpp"
-#include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
 #include "roomfix/pipeline/page_sink.hpp"
 #include "several_values.hpp"
@@ -24,11 +23,11 @@ void add_recording_options(CLI::App& command, std::vector<std::string>& backgrou
         ->check(CLI::Range(1, 256));
 }
 
-Result<void> learn_backgrounds_aloud(SiteTracker& tracker, const std::vector<std::string>& for_all) {
+BackgroundListener background_on_terminal() {
     BackgroundListener listener;
     listener.progress = [](const SiteCamera& camera) { return progress_bar("learning the background of " + camera.id); };
     listener.none = [](const SiteCamera& camera) { say(fmt::format("camera {}: no background given; learning it while running", camera.id)); };
-    return learn_backgrounds(tracker, for_all, listener);
+    return listener;
 }
 
 /// What a run was like, for whoever started it.
@@ -57,7 +56,7 @@ int run_site(const Site& site, const RunOptions& options) {
     auto created = SiteTracker::create(site);
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
-    if (auto learned = learn_backgrounds_aloud(tracker, options.background); !learned) return give_up(learned.error());
+    if (auto learned = learn_backgrounds(tracker, options.background, background_on_terminal()); !learned) return give_up(learned.error());
     SourceRunner runner(tracker);
     std::vector<Fix> kept;  // to be smoothed
     std::size_t given = 0;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
@@ -24,8 +25,8 @@ struct RunOptions {
 /// Adds --background and --threads (by default all that the machine has) to a command that goes through a recording.
 void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads);
 
-/// learn_backgrounds() with progress bars.
-Result<void> learn_backgrounds_aloud(SiteTracker& tracker, const std::vector<std::string>& for_all);
+/// Progress bars on the terminal while backgrounds are learned.
+BackgroundListener background_on_terminal();
 
 /// Says on stderr what goes on, and returns the exit code.
 int run_site(const Site& site, const RunOptions& options);

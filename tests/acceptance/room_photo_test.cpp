@@ -9,7 +9,7 @@
 #include "roomfix/base/number.hpp"
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/imaging/load_luma.hpp"
-#include "roomfix/pipeline/corner_camera.hpp"
+#include "roomfix/pipeline/camera/corner_camera.hpp"
 #include "roomfix/site/load_site.hpp"
 
 namespace roomfix {
@@ -22,7 +22,7 @@ TEST(RoomPhoto, CornersUnderAPlasterMouldingGiveTheCamerasPose) {
     if (!fs::exists(folder / "truth.csv")) GTEST_SKIP() << "no data in " << folder << ": set ROOMFIX_DATA";
     const auto site = load_site(folder / "site.yaml");
     ASSERT_TRUE(site) << site.error().message;
-    auto camera = CornerCamera::for_camera(*site, site->cameras[0]);
+    auto camera = CornerCamera::create(*site, site->cameras[0]);
     ASSERT_TRUE(camera) << camera.error().message;
     int good_at_c0 = 0;
     std::vector<UncertainPose3> from_c2;
@@ -32,24 +32,24 @@ TEST(RoomPhoto, CornersUnderAPlasterMouldingGiveTheCamerasPose) {
         const Eigen::Quaterniond truth(number(5), number(2), number(3), number(4));
         const auto frame = load_luma(folder / fields[0]);
         ASSERT_TRUE(frame);
-        CameraHints hints;
+        FrameHints hints;
         for (std::size_t i = 0; i < site->corners.size(); ++i) {
             if (site->corners[i].id == fields[1]) hints.corner = static_cast<int>(i);
         }
-        CornerCameraResult result;
-        (*camera)->look(*frame, hints, result);
-        if (result.located.places.empty()) {
-            fmt::print("{}: {}\n", fields[0], result.located.reason);
+        camera->look(*frame, hints);
+        if (camera->located().places.empty()) {
+            fmt::print("{}: {}\n", fields[0], camera->reason());
             continue;
         }
-        const Eigen::Isometry3d& pose = result.located.places[0].map_from_camera.pose;
+        const UncertainPose3& found = camera->located().places[0].map_from_camera;
+        const Eigen::Isometry3d& pose = found.pose;
         const double distance = site->corners[static_cast<std::size_t>(hints.corner)].position.norm();
         const double off = pose.translation().norm() / distance;  // the camera is at the map's origin
         const double turned = degrees(Eigen::AngleAxisd(Eigen::Matrix3d(truth.normalized().toRotationMatrix().transpose() * pose.linear())).angle());
         fmt::print("{}: position off by {:.1f} % of the distance, rotation by {:.2f} deg\n", fields[0], 100 * off, turned);
         const bool good = off < 0.04 && turned < 1.5;
         good_at_c0 += fields[1] == "c0" && good;
-        if (fields[1] == "c2") from_c2.push_back(result.located.places[0].map_from_camera);
+        if (fields[1] == "c2") from_c2.push_back(found);
     }
     // docs/chou1986.md says what is missing to all eight within 4 % and 1.5 deg.
     EXPECT_EQ(good_at_c0, 4);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/geometry/floor_points.hpp"
 
@@ -113,24 +114,20 @@ Matrix6d common_errors(const FloorSource& source, const Linearised& l, const Mat
 /// Levenberg-Marquardt on the camera's pose.
 std::vector<Linearised> refine(View& view, const std::vector<FloorSource>& sources) {
     auto at = linearise(view, sources);
-    double damping = 1e-3;
-    for (int round = 0; round < 100 && damping < 1e12 && visible(at); ++round) {
-        Matrix6d normal = sum_of(at, [](const Linearised& l) { return l.information; });
-        normal.diagonal() *= 1 + damping;
-        const Vector6d step = normal.ldlt().solve(sum_of(at, [](const Linearised& l) { return l.gradient; }));
+    if (!visible(at)) return at;
+    levenberg_marquardt({.least = 1e-12, .most = 1e12}, [&](double damping) {
+        const Matrix6d information = sum_of(at, [](const Linearised& l) { return l.information; });
+        const Vector6d gradient = sum_of(at, [](const Linearised& l) { return l.gradient; });
+        const Vector6d step = damped_step(information, gradient, damping);
         View moved = view;
         moved.map_from_camera.pose = perturbed(view.map_from_camera.pose, step);
         auto next = linearise(moved, sources);
         const auto cost = [](const Linearised& l) { return l.cost; };
-        if (visible(next) && sum_of(next, cost) <= sum_of(at, cost)) {
-            view = moved;
-            at = std::move(next);
-            damping = std::max(0.1 * damping, 1e-12);
-            if (step.norm() < 1e-12) break;
-        } else {
-            damping *= 10;
-        }
-    }
+        if (!visible(next) || !(sum_of(next, cost) <= sum_of(at, cost))) return StepResult::worse;
+        view = moved;
+        at = std::move(next);
+        return step.norm() < 1e-12 ? StepResult::settled : StepResult::better;
+    });
     return at;
 }
 

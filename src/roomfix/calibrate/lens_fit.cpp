@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 
 namespace roomfix {
 namespace {
@@ -201,20 +202,15 @@ Eigen::MatrixXd LensFit::covariance(double noise) const {
 std::optional<LensFit> fit_lens(LensUnknowns& unknowns, const std::vector<const BoardShot*>& shots, const LensSpread& spread) {
     auto at = linearise(unknowns, shots, spread);
     if (!at) return std::nullopt;
-    double damping = 1e-3;
-    for (int round = 0; round < 200 && damping < 1e10; ++round) {
+    levenberg_marquardt({.least = 1e-12, .most = 1e10, .rounds = 200}, [&](double damping) {
         LensUnknowns there = moved(unknowns, *at, damped_step(*at, damping));
         auto next = linearise(there, shots, spread);
-        if (!next || !(next->cost() <= at->cost()) || has_pole(there.model, next->farthest)) {
-            damping *= 10;
-            continue;
-        }
+        if (!next || !(next->cost() <= at->cost()) || has_pole(there.model, next->farthest)) return StepResult::worse;
         const bool settled = at->cost() - next->cost() < 1e-12 * at->cost();
         unknowns = std::move(there);
         at = std::move(next);
-        damping = std::max(damping * 0.1, 1e-12);
-        if (settled) break;
-    }
+        return settled ? StepResult::settled : StepResult::better;
+    });
     return at;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 #include "roomfix/calibrate/straightness.hpp"
 
 namespace roomfix {
@@ -122,22 +123,17 @@ public:
     /// Levenberg-Marquardt over the edges that are used.
     void minimise() {
         at_ = sum_of(model_);
-        double damping = 1e-4;
-        for (int round = 0; round < 40 && damping < 1e8; ++round) {
-            Matrix damped = at_.information + prior_.information();
-            damped.diagonal() *= 1 + damping;
-            const CameraModel next = with(model_, -damped.ldlt().solve(at_.gradient + prior_.gradient(model_)));
+        levenberg_marquardt({.start = 1e-4, .rounds = 40}, [this](double damping) {
+            const Matrix information = at_.information + prior_.information();
+            const Vector gradient = at_.gradient + prior_.gradient(model_);
+            const CameraModel next = with(model_, -damped_step(information, gradient, damping));
             Sum tried = sum_of(next);
             const double before = at_.squares + prior_.cost(model_), after = tried.squares + prior_.cost(next);
-            if (!(after <= before)) {
-                damping *= 10;
-                continue;
-            }
+            if (!(after <= before)) return StepResult::worse;
             model_ = next;
             at_ = std::move(tried);
-            damping *= 0.1;
-            if (before - after < 1e-9 * before) break;
-        }
+            return before - after < 1e-9 * before ? StepResult::settled : StepResult::better;
+        });
     }
 
     /// Learns the noise from the edges that are used, and chooses those that are as straight as it says. True if either has changed.

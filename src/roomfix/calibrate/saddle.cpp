@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 
 namespace roomfix {
 namespace {
@@ -87,29 +88,24 @@ std::optional<Saddle> fit_saddle(LumaView picture, const Eigen::Vector2d& start,
     n << start, std::atan2(a.along.y(), a.along.x()), std::atan2(b.along.y(), b.along.x()), 1, 0, 128, 0, 0;
     const Eigen::Vector2d bends(a.bend, b.bend);
     // The light's own numbers are linear: with no contrast to begin with, the first step finds them, and only them.
-    double damping = 0;
     Fit fit = linearise(picture, start, radius, bends, n);
     if (fit.pixels <= 2 * unknowns) return std::nullopt;
-    for (int round = 0; round < 25; ++round) {
-        Normal damped = fit.information;
-        if (round == 0) damped.topLeftCorner<5, 5>().diagonal().setConstant(1);
-        damped.diagonal() *= 1 + damping;
-        const Numbers step = damped.ldlt().solve(fit.pull);
-        if (!step.allFinite()) return std::nullopt;
+    int round = 0;
+    const bool possible = levenberg_marquardt({.start = 0, .least = 1e-4, .most = 1e6, .rounds = 25}, [&](double damping) {
+        Normal information = fit.information;
+        if (round++ == 0) information.topLeftCorner<5, 5>().diagonal().setConstant(1);
+        const Numbers step = damped_step(information, fit.pull, damping);
+        if (!step.allFinite()) return StepResult::impossible;
         Numbers next = n + step;
         next[blur] = std::clamp(next[blur], least_blur, widest_blur);
         const Fit tried = linearise(picture, start, radius, bends, next);
-        if (tried.squares > fit.squares) {
-            damping = std::max(4 * damping, 1e-3);
-            if (damping > 1e6) break;
-            continue;
-        }
+        if (tried.squares > fit.squares) return StepResult::worse;
         n = next;
         fit = tried;
-        damping *= 0.2;
-        if ((n.head<2>() - start).norm() > farthest) return std::nullopt;
-        if (step.head<2>().norm() < 1e-4 && round > 1) break;
-    }
+        if ((n.head<2>() - start).norm() > farthest) return StepResult::impossible;
+        return step.head<2>().norm() < 1e-4 && round > 2 ? StepResult::settled : StepResult::better;
+    });
+    if (!possible) return std::nullopt;
     const double variance = fit.squares / (fit.pixels - unknowns);
     if (n[contrast] * n[contrast] < 25 * variance) return std::nullopt;  // hardly a pattern at all
     const Normal covariance = variance * fit.information.inverse();

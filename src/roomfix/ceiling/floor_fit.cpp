@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 
 namespace roomfix {
 namespace {
@@ -92,23 +93,17 @@ std::optional<FloorFit> fit_on_floor(const FloorEvidence& evidence, const Pose2&
     Pose2 pose = start;
     Linearised at = linearise(evidence, pose);
     if (!at.visible) return std::nullopt;
-    double damping = 1e-6;
-    for (int round = 0; round < 50 && damping < 1e8; ++round) {
-        Eigen::Matrix3d normal = at.information;
-        normal.diagonal() *= 1 + damping;
-        const Eigen::Vector3d step = normal.ldlt().solve(at.gradient);
-        if (!step.allFinite()) return std::nullopt;
+    const bool possible = levenberg_marquardt({.start = 1e-6, .rounds = 50}, [&](double damping) {
+        const Eigen::Vector3d step = damped_step(at.information, at.gradient, damping);
+        if (!step.allFinite()) return StepResult::impossible;
         const Pose2 moved{pose.x + step.x(), pose.y + step.y(), pose.yaw + step.z()};
         const Linearised next = linearise(evidence, moved);
-        if (next.visible && next.log_likelihood >= at.log_likelihood - 1e-12 * std::abs(at.log_likelihood)) {
-            pose = moved;
-            at = next;
-            damping = std::max(damping * 0.1, 1e-9);
-            if (step.head<2>().norm() < 1e-8 && std::abs(step.z()) < 1e-8) break;
-        } else {
-            damping *= 10;
-        }
-    }
+        if (!next.visible || !(next.log_likelihood >= at.log_likelihood - 1e-12 * std::abs(at.log_likelihood))) return StepResult::worse;
+        pose = moved;
+        at = next;
+        return step.head<2>().norm() < 1e-8 && std::abs(step.z()) < 1e-8 ? StepResult::settled : StepResult::better;
+    });
+    if (!possible) return std::nullopt;
     Nuisance nuisance;
     at = linearise(evidence, pose, &nuisance);
     const Eigen::FullPivLU<Eigen::Matrix3d> factor(at.information);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 #include "roomfix/geometry/floor_points.hpp"
 #include "roomfix/geometry/view.hpp"
 
@@ -110,24 +111,18 @@ std::optional<TagLocator::Linearised> TagLocator::linearise(std::span<const Seen
 /// Levenberg-Marquardt from one start.
 std::optional<TagLocator::Fit> TagLocator::fit(std::span<const SeenTag> seen, const std::vector<int>& used, Eigen::Isometry3d map_from_camera) const {
     auto at = linearise(seen, used, map_from_camera);
-    double damping = 1e-4;
-    for (int round = 0; at && round < settings_.most_rounds && damping < 1e8; ++round) {
-        Matrix6d damped = at->information;
-        damped.diagonal() *= 1 + damping;
-        const Vector6d step = damped.ldlt().solve(at->gradient);
-        if (!step.allFinite()) return std::nullopt;
+    if (!at) return std::nullopt;
+    const bool possible = levenberg_marquardt({.start = 1e-4, .rounds = settings_.most_rounds}, [&](double damping) {
+        const Vector6d step = damped_step(at->information, at->gradient, damping);
+        if (!step.allFinite()) return StepResult::impossible;
         const Eigen::Isometry3d moved = perturbed(map_from_camera, step);
         const auto next = linearise(seen, used, moved);
-        if (next && next->chi_square <= at->chi_square + 1e-9) {
-            map_from_camera = moved;
-            at = next;
-            damping = std::max(0.1 * damping, 1e-9);
-            if (step.norm() < 1e-9) break;
-        } else {
-            damping *= 10;
-        }
-    }
-    if (!at) return std::nullopt;
+        if (!next || !(next->chi_square <= at->chi_square + 1e-9)) return StepResult::worse;
+        map_from_camera = moved;
+        at = next;
+        return step.norm() < 1e-9 ? StepResult::settled : StepResult::better;
+    });
+    if (!possible) return std::nullopt;
     return Fit{map_from_camera, *at};
 }
 

@@ -57,14 +57,12 @@ cv::Mat in_colour(LumaView frame) {
     return picture;
 }
 
-Enlarged enlarged(LumaView frame, double zoom, int interpolation) {
-    Enlarged large{.picture = {}, .zoom = zoom};
-    cv::resize(in_colour(frame), large.picture, {}, zoom, zoom, interpolation);
+/// Small pictures twice as large.
+Enlarged enlarged(LumaView frame) {
+    Enlarged large{.picture = {}, .zoom = frame.width < 1000 ? 2.0 : 1.0};
+    cv::resize(in_colour(frame), large.picture, {}, large.zoom, large.zoom, cv::INTER_LINEAR);
     return large;
 }
-
-/// Small pictures twice as large.
-Enlarged enlarged(LumaView frame) { return enlarged(frame, frame.width < 1000 ? 2 : 1, cv::INTER_LINEAR); }
 
 /// Along the lower edge.
 void write_caption(cv::Mat& picture, const std::string& caption) {
@@ -81,23 +79,63 @@ Result<void> save(const std::filesystem::path& file, const cv::Mat& picture) {
     return Error{fmt::format("{}: the overlay cannot be written: check the folder, and use .png or .jpg", file.string())};
 }
 
+void draw_outline(Enlarged& large, const DrawnOutline& outline, LabelWriter& labels) {
+    std::vector<cv::Point> polygon;
+    for (const Eigen::Vector2f& point : outline.points) polygon.push_back(large.place(point));
+    cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
+    if (outline.foot && outline.ahead) {
+        cv::arrowedLine(large.picture, large.place(*outline.foot), large.place(*outline.ahead), heading_colour, 2, cv::LINE_AA, 4, 0.25);
+    }
+    if (outline.foot) cv::circle(large.picture, large.place(*outline.foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
+    if (!outline.label.empty()) labels.write_above(large.picture, cv::boundingRect(polygon), outline.label);
+}
+
+void draw_landmark(Enlarged& large, const DrawnLandmark& landmark, LabelWriter& labels) {
+    std::vector<cv::Point> polygon;
+    for (const Eigen::Vector2f& point : landmark.points) {
+        polygon.push_back(large.place(point));
+        cv::circle(large.picture, polygon.back(), 5 * 16, outline_colour, 1, cv::LINE_AA, 4);
+    }
+    cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
+    if (!landmark.id.empty()) labels.write_above(large.picture, cv::boundingRect(polygon), landmark.id);
+}
+
+void draw_corner(Enlarged& large, const DrawnCorner& corner, LabelWriter& labels) {
+    for (std::size_t e = 0; e < corner.edges.size(); ++e) {
+        const DrawnLine& edge = corner.edges[e];
+        const bool between_walls = e + 1 == corner.edges.size();
+        cv::line(large.picture, large.place(edge.from), large.place(edge.to), between_walls ? heading_colour : outline_colour, 2, cv::LINE_AA, 4);
+    }
+    const cv::Point middle = large.place(corner.pixel);
+    cv::circle(large.picture, middle, 5 * 16, {255, 255, 255}, 1, cv::LINE_AA, 4);
+    if (!corner.id.empty()) labels.write_above(large.picture, cv::Rect(middle.x, middle.y - 8 * 16, 1, 1), corner.id);
+}
+
+void draw_rejected(Enlarged& large, const Drawing& drawing) {
+    cv::Mat faint = large.picture.clone();
+    for (const DrawnLine& line : drawing.rejected_lines) cv::line(faint, large.place(line.from), large.place(line.to), lamp_colour, 1, cv::LINE_AA, 4);
+    cv::addWeighted(faint, 0.35, large.picture, 0.65, 0, large.picture);
+    for (const auto& [left, top, right, bottom] : drawing.lamps) {
+        cv::rectangle(large.picture, large.place(left - 2, top - 2), large.place(right + 2, bottom + 2), lamp_colour, 1, cv::LINE_AA, 4);
+    }
+    for (const Eigen::Vector2f& spot : drawing.rejected_spots) {
+        const double x = static_cast<double>(spot.x());
+        const double y = static_cast<double>(spot.y());
+        cv::line(large.picture, large.place(x - 4, y - 4), large.place(x + 4, y + 4), lamp_colour, 1, cv::LINE_AA, 4);
+        cv::line(large.picture, large.place(x - 4, y + 4), large.place(x + 4, y - 4), lamp_colour, 1, cv::LINE_AA, 4);
+    }
+}
+
 }  // namespace
 
-Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const View& view, const std::vector<SilhouetteObservation>& observations,
-                          const std::vector<std::string>& labels) {
-    Enlarged large = enlarged(frame, 1, cv::INTER_NEAREST);
-    LabelWriter label_writer;
-    for (std::size_t i = 0; i < observations.size(); ++i) {
-        const SilhouetteObservation& o = observations[i];
-        std::vector<cv::Point> polygon;
-        for (const auto& corner : o.outline) polygon.push_back(large.place(corner));
-        cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
-        const auto foot = project_map_point(view, {o.pose.x, o.pose.y, 0});
-        const auto nose = project_map_point(view, {o.pose.x + 0.4 * std::cos(o.pose.yaw), o.pose.y + 0.4 * std::sin(o.pose.yaw), 0});
-        if (foot && nose && o.yaw_known) cv::arrowedLine(large.picture, large.place(*foot), large.place(*nose), heading_colour, 2, cv::LINE_AA, 4, 0.25);
-        if (foot) cv::circle(large.picture, large.place(*foot), 3 * 16, heading_colour, cv::FILLED, cv::LINE_AA, 4);
-        if (i < labels.size()) label_writer.write_above(large.picture, cv::boundingRect(polygon), labels[i]);
-    }
+Result<void> save_overlay(const std::filesystem::path& file, LumaView frame, const Drawing& drawing) {
+    Enlarged large = enlarged(frame);
+    LabelWriter labels;
+    draw_rejected(large, drawing);
+    for (const DrawnOutline& outline : drawing.outlines) draw_outline(large, outline, labels);
+    for (const DrawnLandmark& landmark : drawing.landmarks) draw_landmark(large, landmark, labels);
+    if (drawing.corner) draw_corner(large, *drawing.corner, labels);
+    write_caption(large.picture, drawing.caption);
     return save(file, large.picture);
 }
 
@@ -142,50 +180,6 @@ Result<void> save_edges_overlay(const std::filesystem::path& file, LumaView fram
     draw(others, lamp_colour);
     draw(straight, outline_colour);
     write_caption(large.picture, "green: edges that the calibration makes straight; red: left out");
-    return save(file, large.picture);
-}
-
-Result<void> save_ceiling_overlay(const std::filesystem::path& file, LumaView frame, const CeilingOverlay& overlay, int zoom) {
-    Enlarged large = enlarged(frame, zoom, cv::INTER_NEAREST);
-    for (const auto& [left, top, right, bottom] : overlay.lamps) {
-        cv::rectangle(large.picture, large.place(left - 2, top - 2), large.place(right + 2, bottom + 2), lamp_colour, 1, cv::LINE_AA, 4);
-    }
-    for (const Eigen::Vector2f& spot : overlay.rejected) {
-        const double x = static_cast<double>(spot.x());
-        const double y = static_cast<double>(spot.y());
-        cv::line(large.picture, large.place(x - 4, y - 4), large.place(x + 4, y + 4), lamp_colour, 1, cv::LINE_AA, 4);
-        cv::line(large.picture, large.place(x - 4, y + 4), large.place(x + 4, y - 4), lamp_colour, 1, cv::LINE_AA, 4);
-    }
-    LabelWriter label_writer;
-    for (std::size_t i = 0; i < overlay.landmarks.size(); ++i) {
-        std::vector<cv::Point> polygon;
-        for (const PointSighting& point : overlay.landmarks[i].points) {
-            polygon.push_back(large.place(point.pixel.x(), point.pixel.y()));
-            cv::circle(large.picture, polygon.back(), 5 * 16, outline_colour, 1, cv::LINE_AA, 4);
-        }
-        cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
-        if (i < overlay.names.size()) label_writer.write_above(large.picture, cv::boundingRect(polygon), overlay.names[i]);
-    }
-    write_caption(large.picture, overlay.caption);
-    return save(file, large.picture);
-}
-
-Result<void> save_corner_overlay(const std::filesystem::path& file, LumaView frame, const CornerOverlay& overlay, int zoom) {
-    Enlarged large = enlarged(frame, zoom, cv::INTER_LINEAR);
-    cv::Mat faint = large.picture.clone();
-    for (const RejectedLine& line : overlay.rejected) cv::line(faint, large.place(line.from), large.place(line.to), lamp_colour, 1, cv::LINE_AA, 4);
-    cv::addWeighted(faint, 0.35, large.picture, 0.65, 0, large.picture);
-    LabelWriter label_writer;
-    if (overlay.corner) {
-        for (const CornerEdge edge : {x_edge, y_edge, wall_edge}) {
-            const auto& ends = overlay.corner->edges[edge].ends;
-            cv::line(large.picture, large.place(ends[0]), large.place(ends[1]), edge == wall_edge ? heading_colour : outline_colour, 2, cv::LINE_AA, 4);
-        }
-        const cv::Point middle = large.place(overlay.corner->pixel);
-        cv::circle(large.picture, middle, 5 * 16, {255, 255, 255}, 1, cv::LINE_AA, 4);
-        if (!overlay.name.empty()) label_writer.write_above(large.picture, cv::Rect(middle.x, middle.y - 8 * 16, 1, 1), overlay.name);
-    }
-    write_caption(large.picture, overlay.caption);
     return save(file, large.picture);
 }
 

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/random_vector.hpp"
 
 namespace roomfix {
 namespace {
@@ -174,7 +175,7 @@ void StartCloud::move(Nanoseconds time, const TrackingModels& models) {
         for (Guess& guess : guesses_) {
             const double missing = (wheels_.turn_scale + guess.turn_scale) * step->turned + wheels_.drift * seconds;
             const Eigen::Vector2d moved = Eigen::Rotation2Dd(guess.yaw + 0.5 * missing) *
-                                          ((1 + wheels_.scale + guess.scale) * step->way + along * Eigen::Vector2d(random_.normal(), random_.normal()));
+                                          ((1 + wheels_.scale + guess.scale) * step->way + along * normal2(random_));
             guess.x += moved.x();
             guess.y += moved.y();
             guess.yaw += step->turned + missing + turn * random_.normal();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
 #include "roomfix/evaluate/consistency.hpp"
@@ -17,7 +18,7 @@ namespace {
 void add_lights(const Eigen::Vector2d& around, Random& random, CeilingScene& scene) {
     const int tubes = 1 + random.index(2);
     for (int i = 0; i < tubes; ++i) scene.patches.insert(scene.patches.begin(), random_tube(around, 1.6, random));
-    const auto place = [&]() -> Eigen::Vector2d { return around + Eigen::Vector2d(random.uniform(-1.6, 1.6), random.uniform(-1.4, 1.4)); };
+    const auto place = [&]() -> Eigen::Vector2d { return around + uniform2(random, {-1.6, -1.4}, {1.6, 1.4}); };
     for (int i = random.index(4); i > 0; --i) scene.discs.push_back({place(), random.uniform(0.02, 0.08), static_cast<float>(random.uniform(3, 20))});
     for (int i = random.index(5); i > 0; --i) scene.discs.push_back({place(), random.uniform(0.0015, 0.004), static_cast<float>(random.uniform(5, 60))});
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/random_vector.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -117,7 +119,7 @@ StateVector TrueMotion::at(double time) const { return states[std::min(static_ca
 TrueMotion drive_through_hall(double seconds, const MotionModel& model, Random& random) {
     TrueMotion motion;
     StateVector now = StateVector::Zero();
-    now.head<3>() = Eigen::Vector3d(random.uniform(2.5, 5.5), random.uniform(2, 4), random.uniform(-3, 3));
+    now.head<3>() = uniform3(random, {2.5, 2, -3}, {5.5, 4, 3});
     now.segment<2>(state_vx) = Eigen::Rotation2Dd(now[state_yaw]) * Eigen::Vector2d(random.uniform(0.1, 0.5), 0);
     motion.states.push_back(now);
     const auto steps = static_cast<std::size_t>(seconds / TrueMotion::step) + 1;

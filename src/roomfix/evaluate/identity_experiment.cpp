@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "roomfix/base/random.hpp"
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/evaluate/crossing.hpp"
 
 namespace roomfix {
@@ -111,7 +112,8 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
     constexpr double speed = 0.4;
     const double end = 2 / speed;
     const auto truth = [&](double t) { return Pose2{start.x + speed * t * std::cos(start.yaw), start.y + speed * t * std::sin(start.yaw), start.yaw}; };
-    WheelSimulator wheels(random_wheels(random), truth, random.bits());
+    const std::uint64_t wheels_seed = random.bits();
+    WheelSimulator wheels(random_wheels(random), truth, wheels_seed);
     const LateModel late;
     bool first = true;
     for (int i = 0; i * 0.1 <= end; ++i) {
@@ -128,7 +130,7 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
             seen.covariance = sigma * sigma * Matrix5d::Identity();
             seen.view.corner_from_camera =
                 exponential_rotation({random.normal(sigma), random.normal(sigma), random.normal(sigma)}) * corner_from_map * map_from_camera.linear();
-            seen.view.place = at.head<2>() / -at.z() + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+            seen.view.place = at.head<2>() / -at.z() + normal2(random, sigma);
             tracker.see(from_seconds(t), "eye", CornerSighting{0, {seen}, places_at_corners(site, seen, mount.robot_from_camera.pose)});
             break;
         }
@@ -179,8 +181,9 @@ KidnappingResult simulate_kidnappings(int runs, std::uint64_t seed) {
         const Pose2 to = place();
         constexpr double carried = 6, seen_again = 8;
         const double rate = random.uniform(2, 20);
+        const std::uint64_t wheels_seed = random.bits();
         WheelSimulator wheels(
-            random_wheels(random), [&](double) { return from; }, random.bits());
+            random_wheels(random), [&](double) { return from; }, wheels_seed);
         ++result.runs;
         double found = -1;
         for (double t = 0; t < seen_again + 3; t += 1 / rate) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "roomfix/base/worker_pool.hpp"
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/evaluate/crossing.hpp"
 #include "roomfix/geometry/convex_hull.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
@@ -89,7 +90,7 @@ OneCrossing cross(bool odometry, std::uint64_t seed) {
 
     // The camera stands a little off from where its calibration says.
     View truth = hall.view;
-    truth.map_from_camera.pose.translation() += 1e-3 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+    truth.map_from_camera.pose.translation() += 1e-3 * normal3(random);
     const CameraRenderer renderer(hall.scene, truth, {}, random.bits());
     OverheadObserver observer(hall.view, site.robots);
     LumaImage frame;

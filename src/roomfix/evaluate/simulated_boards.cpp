@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/calibrate/charuco.hpp"
 
 namespace roomfix {
@@ -137,7 +138,7 @@ std::vector<BoardShot> seen_boards(const CameraModel& camera, const PrintedBoard
         BoardShot shot{.name = fmt::format("shot {}", shots.size()), .corners = {}, .edge_width = 2, .square_pixels = 30, .refused = {}};
         const ShownBoard here = shown(board, hold, random);
         for (int i = 0; i < board.nominal.corners(); ++i) {
-            shot.corners.push_back(seen_corner(camera, pose, here, i) + Eigen::Vector2d(random.normal(noise), random.normal(noise)));
+            shot.corners.push_back(seen_corner(camera, pose, here, i) + normal2(random, noise));
         }
         shots.push_back(shot);
     }

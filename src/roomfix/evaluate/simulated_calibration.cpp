@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/calibrate/tile_grid.hpp"
 #include "roomfix/ceiling/ceiling_observer.hpp"
 #include "roomfix/ceiling/robot_locator.hpp"
@@ -25,7 +26,7 @@ std::optional<MountFrame> seen_from(const CameraOnRobot& truth, const Pose2& pos
     for (const Eigen::Vector3d& led : leds) {
         const auto pixel = predict_point(truth, pose, led);
         if (!pixel || !truth.model.contains(*pixel)) return std::nullopt;
-        const Eigen::Vector2d off(random.normal(noise), random.normal(noise));
+        const Eigen::Vector2d off = normal2(random, noise);
         frame.points.push_back({led, *pixel + off, noise * noise * Eigen::Matrix2d::Identity(), 0, 0});
     }
     return frame;

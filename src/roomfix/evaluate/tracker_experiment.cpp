@@ -7,6 +7,7 @@
 
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/evaluate/consistency.hpp"
 #include "roomfix/evaluate/tracking_bound.hpp"
@@ -15,8 +16,6 @@
 
 namespace roomfix {
 namespace {
-
-Eigen::Vector3d normal3(Random& random) { return {random.normal(), random.normal(), random.normal()}; }
 
 template <int N>
 Eigen::Matrix<double, N, 1> drawn(const Eigen::Matrix<double, N, N>& covariance, Random& random) {
@@ -139,8 +138,7 @@ private:
             const double length = way.norm();
             const double rest = noise.still * noise.still * dt;
             // true = (1 + scale) measured: what is measured is the truth with the errors taken out.
-            way += Eigen::Vector2d(random_.normal(std::sqrt(noise.along * noise.along * length + rest)),
-                                   random_.normal(std::sqrt(noise.across * noise.across * length + rest)));
+            way += normal_vector<2>(random_, {std::sqrt(noise.along * noise.along * length + rest), std::sqrt(noise.across * noise.across * length + rest)});
             turned += random_.normal(std::sqrt(noise.turn_per_metre * noise.turn_per_metre * length +
                                                noise.turn_per_radian * noise.turn_per_radian * std::abs(turned) + noise.still_turn * noise.still_turn * dt));
             const double shown = (turned - drift_ * dt) / (1 + turn_scale_);
@@ -218,7 +216,7 @@ private:
             for (const Eigen::Vector3d& point : models_.landmark_points[i]) {
                 const auto pixel = predict_point(real, truth(t), point + landmark_error_[i]);
                 if (!pixel || !camera.model.contains(*pixel, 4)) break;
-                seen.points.push_back({*pixel + sigma * Eigen::Vector2d(random_.normal(), random_.normal()), sigma * sigma * Eigen::Matrix2d::Identity()});
+                seen.points.push_back({*pixel + sigma * normal2(random_), sigma * sigma * Eigen::Matrix2d::Identity()});
             }
             if (seen.points.size() != 3) continue;
             seen.shapes.push_back(0);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 #include "roomfix/geometry/view.hpp"
 
 namespace roomfix {
@@ -82,31 +83,24 @@ std::optional<FloorLens> lens_from_floor_points(const CameraModel& model, const 
         const IntrinsicsVector off = m.intrinsics() - stated;
         return f.squares / variance + off.dot(prior_information * off);
     };
-    double damping = 1e-4;
-    for (int i = 0; i < 60; ++i) {
-        Information damped = fit.information / variance;
-        damped.bottomRightCorner<most_intrinsics, most_intrinsics>() += prior_information;
-        Numbers gradient = fit.gradient / variance;
+    levenberg_marquardt({.start = 1e-4, .least = 1e-12, .most = 1e10, .rounds = 60}, [&](double damping) {
+        Eigen::MatrixXd information = fit.information / variance;
+        information.bottomRightCorner<most_intrinsics, most_intrinsics>() += prior_information;
+        Eigen::VectorXd gradient = fit.gradient / variance;
         gradient.tail<most_intrinsics>() -= prior_information * (lens.model.intrinsics() - stated);
-        damped.diagonal() *= 1 + damping;
-        const Numbers step = Eigen::LDLT<Eigen::MatrixXd>(Eigen::MatrixXd(damped)).solve(Eigen::VectorXd(gradient));
+        const Numbers step = damped_step(information, gradient, damping);
         CameraModel next_model = lens.model;
         next_model.set_intrinsics(lens.model.intrinsics() + step.tail<most_intrinsics>());
         next_model.prepare();
         const Eigen::Isometry3d next_pose = perturbed(lens.map_from_camera.pose, step.head<6>());
         const auto next = linearise(next_model, next_pose, points);
-        if (!next || cost(*next, next_model) > cost(fit, lens.model)) {
-            damping *= 10;
-            if (damping > 1e10) break;
-            continue;
-        }
+        if (!next || cost(*next, next_model) > cost(fit, lens.model)) return StepResult::worse;
         lens.model = next_model;
         lens.map_from_camera.pose = next_pose;
         fit = *next;
-        damping = std::max(0.1 * damping, 1e-12);
         variance = std::max(fit.squares / (count - 6 - free_numbers), least_variance);
-        if (step.norm() < 1e-10) break;
-    }
+        return step.norm() < 1e-10 ? StepResult::settled : StepResult::better;
+    });
     lens.rms = std::sqrt(fit.squares / (count - 6 - free_numbers));
     lens.evidence = count * std::log(std::max(before->squares, 1e-12) / std::max(fit.squares, count * least_variance)) - free_numbers * std::log(count);
     if (!(lens.evidence > strong)) return std::nullopt;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 #include "roomfix/geometry/view.hpp"
 
 namespace roomfix {
@@ -124,24 +125,16 @@ PoseByIntrinsics pose_by_intrinsics(const View& view, const std::vector<FloorPoi
 std::optional<Fit> refine(View& view, const std::vector<FloorPoint>& points) {
     auto fit = linearise(view, points);
     if (!fit) return std::nullopt;
-    double damping = 1e-3;
-    for (int i = 0; i < 100 && damping < 1e12; ++i) {
-        Matrix6d damped = fit->information;
-        damped.diagonal() *= 1 + damping;
-        const Vector6d step = damped.ldlt().solve(fit->gradient);
+    levenberg_marquardt({.least = 1e-15, .most = 1e12}, [&](double damping) {
+        const Vector6d step = damped_step(fit->information, fit->gradient, damping);
         View moved = view;
         moved.map_from_camera.pose = perturbed(view.map_from_camera.pose, step);
         const auto next = linearise(moved, points);
-        if (next && next->sum_of_squares <= fit->sum_of_squares) {
-            const bool settled = step.norm() < 1e-13;
-            view = moved;
-            fit = next;
-            damping = std::max(damping * 0.1, 1e-15);
-            if (settled) break;
-        } else {
-            damping *= 10;
-        }
-    }
+        if (!next || !(next->sum_of_squares <= fit->sum_of_squares)) return StepResult::worse;
+        view = moved;
+        fit = next;
+        return step.norm() < 1e-13 ? StepResult::settled : StepResult::better;
+    });
     return fit;
 }
 

@@ -471,7 +471,7 @@ void ColourBackground::refresh(const Evidence& evidence, float part) {
     constexpr float surely = 0.95f;
     const auto c = static_cast<std::size_t>(channels_);
     for (std::size_t i = 0; i < pixels(); ++i) {
-        const bool keeps = (evidence.pixels[i].plain < surely) | (std::abs(level_[i]) * inverse_noise_[i] > 3);
+        const bool keeps = evidence.pixels[i].plain < surely || std::abs(level_[i]) * inverse_noise_[i] > 3;
         const float step = keeps ? 0 : part;
         for (std::size_t k = 0; k < c; ++k) mean_[i * c + k] += step * difference_[i * c + k];
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 
 namespace roomfix {
 namespace {
@@ -256,28 +257,22 @@ Refiner::Linearised Refiner::linearise(const Unknowns& x) const {
 bool Refiner::solve() {
     constexpr double most_growth = 1.5;  // blurs
     at_ = linearise(x_);
-    double damping = 1e-3;
-    for (int round = 0; round < settings_.most_rounds && damping < 1e7; ++round) {
-        Normal damped = at_.information;
-        damped.diagonal() *= 1 + damping;
-        const Unknowns step = damped.ldlt().solve(at_.gradient);
-        if (!step.allFinite()) return false;
+    const bool possible = levenberg_marquardt({.most = 1e7, .rounds = settings_.most_rounds}, [&](double damping) {
+        const Unknowns step = damped_step(at_.information, at_.gradient, damping);
+        if (!step.allFinite()) return StepResult::impossible;
         Unknowns moved = x_ + step;
         for (int i = 0; i < 2; ++i) {
             moved[blur_at + i] = std::clamp(moved[blur_at + i], settings_.least_blur, settings_.widest_blur);
             moved[growth_at + i] = std::clamp(moved[growth_at + i], -most_growth, most_growth);
         }
         const Linearised next = linearise(moved);
-        if (next.squares < at_.squares) {
-            const bool settled = at_.squares - next.squares < 1e-7 * at_.squares;
-            x_ = moved;
-            at_ = next;
-            damping = std::max(0.1 * damping, 1e-9);
-            if (settled) break;
-        } else {
-            damping *= 10;
-        }
-    }
+        if (!(next.squares < at_.squares)) return StepResult::worse;
+        const bool settled = at_.squares - next.squares < 1e-7 * at_.squares;
+        x_ = moved;
+        at_ = next;
+        return settled ? StepResult::settled : StepResult::better;
+    });
+    if (!possible) return false;
     const double rms = std::sqrt(at_.squares / std::max(at_.pixels - unknowns, 1));
     return contrast() > settings_.least_contrast && rms < settings_.largest_misfit * contrast();
 }

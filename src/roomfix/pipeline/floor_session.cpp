@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "roomfix/imaging/tag_detector.hpp"
-#include "roomfix/pipeline/corner_camera.hpp"
+#include "roomfix/pipeline/camera/corner_camera.hpp"
 
 namespace roomfix {
 namespace {
@@ -55,24 +55,23 @@ void add_tags(const Site& site, LumaView picture, std::vector<FloorSource>& sour
 /// The whole pose that a corner gives to a camera of known height.
 Result<FloorSource> corner_source(const Site& site, const SiteCamera& camera, LumaView picture, const FloorOptions& options) {
     if (!options.height) return Error{"a corner tells the camera's place only together with its height above the floor: add --height"};
-    CameraHints hints;
+    FrameHints hints;
     for (std::size_t i = 0; i < site.corners.size(); ++i) {
         if (site.corners[i].id == options.corner) hints.corner = static_cast<int>(i);
     }
     if (hints.corner < 0) return Error{fmt::format("--corner {}: the site has no such corner", options.corner)};
     SiteCamera at_height = camera;
     at_height.placement = KnownHeight{*options.height, options.height_sigma, ""};
-    auto looking = CornerCamera::for_camera(site, at_height);
+    auto looking = CornerCamera::create(site, at_height);
     if (!looking) return looking.error();
-    CornerCameraResult result;
-    (*looking)->look(picture, hints, result);
-    if (result.located.places.empty())
-        return Error{fmt::format("--corner {}: {}", options.corner, result.seen.reason.empty() ? result.located.reason : result.seen.reason)};
-    if (result.located.places.size() > 1 && result.located.places[0].weight < 0.9) {
+    looking->look(picture, hints);
+    const auto& places = looking->located().places;
+    if (places.empty()) return Error{fmt::format("--corner {}: {}", options.corner, looking->reason())};
+    if (places.size() > 1 && places[0].weight < likely) {
         return Error{fmt::format("--corner {}: the picture allows {} poses; add floor points, or state the corner's 'moulding' if it has one", options.corner,
-                                 result.located.places.size())};
+                                 places.size())};
     }
-    return FloorSource{"corner " + options.corner, {}, result.located.places[0].map_from_camera};
+    return FloorSource{"corner " + options.corner, {}, places[0].map_from_camera};
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace roomfix {
 
 /// An outline that one of the cameras found.
 struct JointBodies::Outline {
-    CameraPipeline* camera = nullptr;
+    FixedCamera* camera = nullptr;
     SilhouetteObservation seen;
 };
 
@@ -31,9 +31,9 @@ bool JointBodies::agree(const std::vector<Outline>& outlines) {
 }
 
 /// Takes back outlines of one robot that contradict each other. Which of several look-alikes it is, cameras do not know.
-void JointBodies::compare_outlines(const std::vector<CameraPipeline*>& cameras) const {
+void JointBodies::compare_outlines(const std::vector<FixedCamera*>& cameras) const {
     std::vector<Outline> left;
-    for (CameraPipeline* camera : cameras) {
+    for (FixedCamera* camera : cameras) {
         for (const SilhouetteObservation& seen : camera->outlines()) {
             if (!robots_[static_cast<std::size_t>(seen.robot)].many) left.push_back({camera, seen});
         }
@@ -52,16 +52,16 @@ void JointBodies::compare_outlines(const std::vector<CameraPipeline*>& cameras) 
 }
 
 /// Whether a robot is the very solid that is described is the same for all cameras: one alone may find its outline by chance.
-void JointBodies::share_exactness(const std::vector<CameraPipeline*>& cameras) const {
+void JointBodies::share_exactness(const std::vector<FixedCamera*>& cameras) const {
     for (std::size_t r = 0; r < robots_.size(); ++r) {
         const int robot = static_cast<int>(r);
         double all = 0;
-        for (const CameraPipeline* camera : cameras) all += camera->own_exactness(robot);
-        for (CameraPipeline* camera : cameras) camera->set_exactness_to_others(robot, all - camera->own_exactness(robot));
+        for (const FixedCamera* camera : cameras) all += camera->own_exactness(robot);
+        for (FixedCamera* camera : cameras) camera->set_exactness_to_others(robot, all - camera->own_exactness(robot));
     }
 }
 
-JointSighting JointBodies::find(const std::vector<CameraPipeline*>& cameras, const std::vector<LumaView>& frames, const Expectation& expected) {
+JointSighting JointBodies::find(const std::vector<FixedCamera*>& cameras, const std::vector<LumaView>& frames, const Expectation& expected) {
     compare_outlines(cameras);
     share_exactness(cameras);
     JointSighting together;
@@ -69,7 +69,7 @@ JointSighting JointBodies::find(const std::vector<CameraPipeline*>& cameras, con
     std::vector<SeenBy> moment;
     std::vector<char> wanted;
     for (const SiteRobot& robot : robots_) wanted.push_back(!robot.many);
-    for (CameraPipeline* camera : cameras) {
+    for (FixedCamera* camera : cameras) {
         moment.push_back({&camera->view(), &camera->evidence(), &walls_});
         together.source += (together.source.empty() ? "" : "+") + camera->id();
         for (const SilhouetteObservation& o : camera->outlines()) {
@@ -112,7 +112,7 @@ JointSighting JointBodies::find(const std::vector<CameraPipeline*>& cameras, con
         together.robots.push_back(poses_of({observation_of(body, shape, cameras[0]->view())}).front());
     }
     together.things = observer_.things();
-    for (CameraPipeline* camera : cameras) {
+    for (FixedCamera* camera : cameras) {
         const auto& outlines = camera->outlines();
         for (std::size_t i = outlines.size(); i-- > 0;) {  // from the end: each takes only itself out of the list
             const KnownRobot outline = known_by_outline(outlines[i]);

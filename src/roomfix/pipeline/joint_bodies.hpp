@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "roomfix/pipeline/camera_pipeline.hpp"
+#include "roomfix/pipeline/camera/fixed_camera.hpp"
 
 namespace roomfix {
 
@@ -21,13 +21,13 @@ public:
 
     /// Robots of which none of the cameras has an outline beyond doubt. The cameras have looked at these frames of this moment; doubtful outlines
     /// that contradict what all cameras show together are taken back.
-    JointSighting find(const std::vector<CameraPipeline*>& cameras, const std::vector<LumaView>& frames, const Expectation& expected = {});
+    JointSighting find(const std::vector<FixedCamera*>& cameras, const std::vector<LumaView>& frames, const Expectation& expected = {});
 
 private:
     struct Outline;
     static bool agree(const std::vector<Outline>& outlines);
-    void compare_outlines(const std::vector<CameraPipeline*>& cameras) const;
-    void share_exactness(const std::vector<CameraPipeline*>& cameras) const;
+    void compare_outlines(const std::vector<FixedCamera*>& cameras) const;
+    void share_exactness(const std::vector<FixedCamera*>& cameras) const;
 
     std::vector<SiteRobot> robots_;
     std::vector<Polyline> walls_;

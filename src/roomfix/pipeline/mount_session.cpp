@@ -6,7 +6,7 @@
 #include "roomfix/ceiling/robot_locator.hpp"
 #include "roomfix/connect/frame_source.hpp"
 #include "roomfix/connect/odometry_source.hpp"
-#include "roomfix/pipeline/onboard_locator.hpp"
+#include "roomfix/pipeline/camera/landmark_camera.hpp"
 
 namespace roomfix {
 
@@ -34,15 +34,14 @@ Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera
                                               MountSettings settings, const std::function<void(double)>& progress) {
     SiteCamera free = camera;  // its mount may be far off: landmarks are taken as they come
     if (auto* mount = std::get_if<Mount>(&free.placement)) mount->has_covariance = false;
-    auto locator = OnboardLocator::for_camera(site, free);
-    if (!locator) return locator.error();
-    const auto wheels = wheels_of(site, (*locator)->robot(), odometry, settings);
+    auto looking = LandmarkCamera::create(site, free);
+    if (!looking) return looking.error();
+    const auto wheels = wheels_of(site, looking->robot(), odometry, settings);
     if (!wheels) return wheels.error();
     auto frames = open_source(source);
     if (!frames) return frames.error();
     if ((*frames)->live()) return Error{fmt::format("{}: a mount is calibrated from a recording: record the turn first", source)};
     std::vector<MountFrame> seen;
-    OnboardResult result;
     SourceFrame frame;
     constexpr int most_bad = 100;  // a source that gives nothing else is not asked for ever
     int bad = 0;
@@ -57,11 +56,8 @@ Result<MountCalibration> calibrate_mount_from(const Site& site, const SiteCamera
             return Error{fmt::format("{}: the frame is {} x {} pixels, camera {} has {} x {}: record it with the same settings", frame.name,
                                      frame.image.width(), frame.image.height(), camera.id, camera.model.width, camera.model.height)};
         }
-        const LumaView view = frame.image;
-        (*locator)->locate(&view, {}, {}, -1, result);
-        if (!result.located.places.empty()) {
-            seen.push_back({(*locator)->seen_points(result), result.located.places[0].pose, frame.time});
-        }
+        looking->look(frame.image, {});
+        if (!looking->located().places.empty()) seen.push_back({looking->seen_points(), looking->located().places[0].pose, frame.time});
         if (progress && (*frames)->count() > 0) progress(number / static_cast<double>((*frames)->count()));
     }
     return calibrate_mount(camera_on_robot(camera, std::get<Mount>(camera.placement)), std::move(seen), settings, *wheels);

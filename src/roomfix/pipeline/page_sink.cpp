@@ -80,6 +80,48 @@ json shape_json(const Shape& shape) {
     return {{"shape", "cylinder"}, {"size", {cylinder.diameter, cylinder.height}}};
 }
 
+json pixel(const Eigen::Vector2f& p) { return {rounded(static_cast<double>(p.x()), 0.1), rounded(static_cast<double>(p.y()), 0.1)}; }
+
+json segment(const DrawnLine& line) {
+    json ends = pixel(line.from);
+    for (const json& to : pixel(line.to)) ends.push_back(to);
+    return ends;
+}
+
+json id_or_null(const std::string& id) { return id.empty() ? json() : json(id); }
+
+/// What was seen in a camera's frame, as fields of its state.
+void add_drawing(const ShownFrame& frame, json& state) {
+    Drawing drawing = frame.drawing;
+    add_lamps(drawing, frame.picture);
+    state["outlines"] = json::array();
+    for (const DrawnOutline& outline : drawing.outlines) {
+        json points = json::array();
+        for (const Eigen::Vector2f& p : outline.points) points.push_back(pixel(p));
+        state["outlines"].push_back({{"robot", outline.robot}, {"points", points}, {"support", rounded(outline.support, 0.01)}});
+    }
+    if (drawing.shows_landmarks || !drawing.landmarks.empty()) {
+        json seen = {{"landmarks", json::array()}, {"rejected", json::array()}, {"lamps", json::array()}};
+        for (const DrawnLandmark& landmark : drawing.landmarks) {
+            json points = json::array();
+            for (const Eigen::Vector2f& p : landmark.points) points.push_back(pixel(p));
+            seen["landmarks"].push_back({{"id", id_or_null(landmark.id)}, {"points", points}});
+        }
+        for (const Eigen::Vector2f& spot : drawing.rejected_spots) seen["rejected"].push_back(pixel(spot));
+        for (const auto& lamp : drawing.lamps) seen["lamps"].push_back(lamp);
+        state["seen"] = seen;
+    }
+    if (drawing.shows_corners) {
+        json seen = {{"id", json()}, {"edges", json::array()}, {"rejected", json::array()}};
+        for (const DrawnLine& line : drawing.rejected_lines) seen["rejected"].push_back(segment(line));
+        if (drawing.corner) {
+            seen["id"] = id_or_null(drawing.corner->id);
+            for (const DrawnLine& edge : drawing.corner->edges) seen["edges"].push_back(segment(edge));
+        }
+        state["corner"] = seen;
+    }
+}
+
 }  // namespace
 
 std::string PageSink::site_json() const {
@@ -95,10 +137,10 @@ std::string PageSink::site_json() const {
         const CameraPipeline& pipeline = tracker_.pipeline(c);
         const CameraModel& model = pipeline.camera().model;
         json camera = {{"id", pipeline.id()}, {"width", model.width}, {"height", model.height}};
-        if (pipeline.is_fixed()) {
-            camera["position"] = point(pipeline.view().position().head<2>());
-            camera["view"] = field_of_view(pipeline.view(), described.walls);
-            camera["errors"] = errors_json(pipeline.view(), described.walls);
+        if (const FixedCamera* fixed = pipeline.fixed()) {
+            camera["position"] = point(fixed->view().position().head<2>());
+            camera["view"] = field_of_view(fixed->view(), described.walls);
+            camera["errors"] = errors_json(fixed->view(), described.walls);
         } else {
             camera["robot"] = described.robots[static_cast<std::size_t>(pipeline.robot())].id;
         }
@@ -152,7 +194,11 @@ std::string PageSink::state_json(const FixBatch& batch) const {
         json camera = {{"id", source.id},         {"status", source.status},           {"message", source.message},
                        {"frames", source.frames}, {"rate", rounded(source.rate, 0.1)}, {"busy_ms", rounded(1e3 * source.busy, 0.01)}};
         if (source.dropped > 0) camera["dropped"] = source.dropped;
-        tracker_.pipeline(c).add_drawings(site.frames[c] ? *site.frames[c] : ShownFrame(), camera);
+        if (site.frames[c]) {
+            add_drawing(*site.frames[c], camera);
+        } else {
+            camera["outlines"] = json::array();
+        }
         state["cameras"].push_back(camera);
     }
     for (const RangeObservation& range : site.ranges) state["ranges"].push_back(range_json(tracker_.site(), range));

@@ -10,7 +10,6 @@
 #include "roomfix/base/result.hpp"
 #include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/observation/fix.hpp"
-#include "roomfix/observation/range_observation.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -35,16 +34,7 @@ struct Shot {
 /// Chooses by the camera's placement: fixed in the map, on a robot, or of known height. An error where an option does not go with it.
 Result<Shot> prepare_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
 
-/// The four kinds.
-Result<Shot> prepare_fixed_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
-Result<Shot> prepare_onboard_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
-Result<Shot> prepare_corner_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
-Result<Shot> prepare_tag_shot(const Site& site, const SiteCamera& camera, const ShotOptions& options);
-
 /// A fix that says why there is none; its time is the picture's name, if that is a number.
 Fix empty_fix(const std::string& image, const std::string& reason);
-
-/// The newest range of a robot to each beacon around a picture's time; of pictures without a time, the newest of all.
-std::vector<RangeObservation> ranges_around(const std::vector<RangeObservation>& ranges, int robot, std::optional<Nanoseconds> time);
 
 }  // namespace roomfix

@@ -31,7 +31,7 @@ const CameraPipeline& SiteTracker::pipeline(std::size_t index) const { return *i
 bool SiteTracker::is_fixed(std::size_t index) const { return impl_->is_fixed(index); }
 
 void SiteTracker::set_background(std::size_t index, BackgroundModel background, ColourBackground colour) {
-    if (is_fixed(index)) impl_->cameras_[index]->pipeline->set_background(std::move(background), std::move(colour));
+    if (FixedCamera* fixed = impl_->cameras_[index]->pipeline->fixed()) fixed->set_background(std::move(background), std::move(colour));
 }
 
 void SiteTracker::on_fixes(std::function<void(const FixBatch&)> listener) { impl_->delivery_.add_listener(std::move(listener)); }

@@ -109,7 +109,7 @@ JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& f
                                                const std::vector<FrameHints>& hints) {
     const std::lock_guard lock(joint_mutex_);
     const double before = wall_clock();
-    std::vector<CameraPipeline*> pipelines;
+    std::vector<FixedCamera*> cameras;
     std::vector<LumaView> pictures;
     Expectation expected;
     // In the order of the site file, whichever camera was the first: together they are one source.
@@ -117,15 +117,15 @@ JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& f
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return frames[a].camera < frames[b].camera; });
     for (const std::size_t i : order) {
-        CameraPipeline* camera = cameras_[frames[i].camera]->pipeline.get();
-        if (looks[i] && looks[i]->frozen <= 0 && camera->is_fixed() && !camera->evidence().empty()) {
-            pipelines.push_back(camera);
+        FixedCamera* camera = cameras_[frames[i].camera]->pipeline->fixed();
+        if (looks[i] && looks[i]->frozen <= 0 && camera != nullptr && !camera->evidence().empty()) {
+            cameras.push_back(camera);
             pictures.push_back(frames[i].image.grey);
             expected = hints[i].robots;
         }
     }
-    if (pipelines.empty()) return {};
-    JointSighting together = joint_bodies_.find(pipelines, pictures, expected);
+    if (cameras.empty()) return {};
+    JointSighting together = joint_bodies_.find(cameras, pictures, expected);
     const double seconds = wall_clock() - before;
     times_.add(Stage::fit, seconds);
     for (auto& look : looks) {
@@ -147,8 +147,8 @@ SiteTracker::Impl::Look SiteTracker::Impl::look(const CameraFrame& frame, const 
 FrameHints SiteTracker::Impl::hints_for(const CameraPipeline& camera, Nanoseconds time) const {
     const std::lock_guard lock(mutex_);
     FrameHints hints;
-    if (camera.is_fixed()) {
-        hints.elsewhere = robots_elsewhere(camera, time);
+    if (const FixedCamera* fixed = camera.fixed()) {
+        hints.elsewhere = robots_elsewhere(fixed->view(), time);
         hints.robots.robots = tracker_.expected(time);
         hints.robots.things = expected_things(time);
     }
@@ -172,11 +172,10 @@ PoseObservation SiteTracker::Impl::observation_of(const BodyPlace& thing) const 
 
 /// Robots that are surely where a fixed camera does not see them, each with a flag: behind a wall, or outside the picture. The
 /// mutex is held.
-std::vector<char> SiteTracker::Impl::robots_elsewhere(const CameraPipeline& camera, Nanoseconds time) const {
+std::vector<char> SiteTracker::Impl::robots_elsewhere(const View& view, Nanoseconds time) const {
     constexpr double sure = 0.04;    // m^2, variance of the place
     constexpr double margin = 0.15;  // of the picture's size, around it
     std::vector<char> elsewhere(site_.robots.size(), 0);
-    const View& view = camera.view();
     for (std::size_t r = 0; r < site_.robots.size(); ++r) {
         if (site_.robots[r].many) continue;
         const auto fix = tracker_.fix(static_cast<int>(r), time);
@@ -218,10 +217,11 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
     camera.last_wall = now;
     if (keeps_frames_) camera.shown = std::make_shared<const ShownFrame>(camera.pipeline->shown(frame.image.grey));
     const double before = wall_clock();
-    camera.pipeline->tell(tracker_, frame.time);
+    const Sighting sighting = camera.pipeline->sighting();
+    tell(tracker_, frame.time, camera.pipeline->id(), sighting);
     times_.add(Stage::track, wall_clock() - before);
-    state.message = camera.pipeline->reason();
-    if (camera.pipeline->changed()) {
+    state.message = sighting.reason;
+    if (const FixedCamera* fixed = camera.pipeline->fixed(); fixed && fixed->changed()) {
         state.status = "changed";
         state.message = "a large part of the picture differs from its background: was the camera moved, or the light switched?";
     }

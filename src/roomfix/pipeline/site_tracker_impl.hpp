@@ -35,7 +35,7 @@ struct SiteTracker::Impl {
     explicit Impl(const Site& site);
     Result<void> add_camera(const SiteCamera& camera);
     const SiteCamera& camera(std::size_t index) const { return cameras_[index]->pipeline->camera(); }
-    bool is_fixed(std::size_t index) const { return cameras_[index]->pipeline->is_fixed(); }
+    bool is_fixed(std::size_t index) const { return cameras_[index]->pipeline->fixed() != nullptr; }
     Result<void> process(const std::vector<CameraFrame>& frames, WorkerPool& pool);
     void process(const RangeBatch& batch);
     void process(const SightingBatch& batch);
@@ -52,7 +52,7 @@ struct SiteTracker::Impl {
     int unknown_robot() const { return static_cast<int>(site_.robots.size()); }  // index of the tracker's last kind of target
     std::vector<PoseObservation> expected_things(Nanoseconds time) const;
     PoseObservation observation_of(const BodyPlace& thing) const;
-    std::vector<char> robots_elsewhere(const CameraPipeline& camera, Nanoseconds time) const;
+    std::vector<char> robots_elsewhere(const View& view, Nanoseconds time) const;
     Look look(const CameraFrame& frame, const FrameHints& hints);
     JointSighting look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
     void report(const CameraFrame& frame, const Look& look);

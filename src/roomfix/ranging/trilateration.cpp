@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/levenberg_marquardt.hpp"
 #include "roomfix/geometry/multilateration.hpp"
 
 namespace roomfix {
@@ -83,23 +84,19 @@ Linearised linearise(const Problem& problem, const State& state) {
 /// Damped Gauss-Newton; each step must make the measurements more likely.
 State refine(const Problem& problem, State state, Linearised& at) {
     at = linearise(problem, state);
-    double damping = 1e-4;
-    for (int i = 0; i < 60 && damping < 1e8; ++i) {
+    levenberg_marquardt({.start = 1e-4, .rounds = 60}, [&](double damping) {
+        // Circles that touch leave a direction open: the damping is the same in all of them.
         const Eigen::Matrix3d normal = at.information + damping * (at.information.trace() + 1e-9) * Eigen::Matrix3d::Identity();
         const State step = normal.ldlt().solve(at.gradient);
-        if (!step.allFinite()) break;
+        if (!step.allFinite()) return StepResult::impossible;
         State moved = state + step;
         moved.z() = std::max(moved.z(), 0.0);
         const Linearised next = linearise(problem, moved);
-        if (next.log_likelihood >= at.log_likelihood) {
-            state = moved;
-            at = next;
-            damping = std::max(damping * 0.2, 1e-9);
-            if (step.norm() < 1e-9) break;
-        } else {
-            damping *= 8;
-        }
-    }
+        if (!(next.log_likelihood >= at.log_likelihood)) return StepResult::worse;
+        state = moved;
+        at = next;
+        return step.norm() < 1e-9 ? StepResult::settled : StepResult::better;
+    });
     return state;
 }
 

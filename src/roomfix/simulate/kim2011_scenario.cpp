@@ -3,6 +3,8 @@
 
 #include "roomfix/simulate/scenario.hpp"
 
+#include "roomfix/base/random_vector.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -106,7 +108,7 @@ const std::vector<Kim2011Position>& kim2011_positions() {
 
 CeilingPatch random_tube(const Eigen::Vector2d& around, double spread, Random& random) {
     CeilingPatch tube;
-    tube.centre = around + Eigen::Vector2d(random.uniform(-spread, spread), random.uniform(-spread, spread));
+    tube.centre = around + uniform2(random, {-spread, -spread}, {spread, spread});
     tube.half = {0.5 * random.uniform(0.6, 1.5), 0.5 * random.uniform(0.016, 0.04)};
     tube.yaw = random.uniform(-std::numbers::pi, std::numbers::pi);
     tube.light = static_cast<float>(random.uniform(5, 25));

@@ -2,6 +2,8 @@
 
 #include "roomfix/simulate/scenario.hpp"
 
+#include "roomfix/base/random_vector.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -244,7 +246,7 @@ Li2014Rectangle li2014_rectangle(const ScenarioCamera& camera, double sigma, Ran
     const auto clicked = [&](double along, double across) {
         const Eigen::Vector2d p = along * aisle.direction + across * left;
         const auto pixel = project_map_point(camera.truth, {p.x(), p.y(), 0});
-        return Eigen::Vector2d(pixel.value_or(Eigen::Vector2d::Zero()) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma)));
+        return Eigen::Vector2d(pixel.value_or(Eigen::Vector2d::Zero()) + normal2(random, sigma));
     };
     rectangle.left_near = clicked(first, axis + 1.5 * tile);
     rectangle.left_far = clicked(first + 8 * tile, axis + 1.5 * tile);

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "roomfix/base/random_vector.hpp"
+
 namespace roomfix {
 
 FlatPattern chessboard_pattern(int columns, int rows, double square) {
@@ -68,7 +70,7 @@ std::vector<Eigen::Isometry3d> board_poses(const CameraModel& camera, const Eige
     while (static_cast<int>(poses.size()) < count) {
         const double part = random.uniform(0.3, 0.75);  // of the picture's height that the board takes
         const double distance = focal * size.maxCoeff() / (part * camera.height);
-        const Eigen::Vector2d pixel(random.uniform(0, camera.width - 1), random.uniform(0, camera.height - 1));
+        const Eigen::Vector2d pixel = uniform2(random, {0, 0}, {camera.width - 1.0, camera.height - 1.0});
         const auto ray = unproject(camera, pixel);
         if (!ray) continue;
         Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/random_vector.hpp"
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/geometry/view.hpp"
 
@@ -29,7 +30,9 @@ RoomScene bare_room(double length, double width, double height, Random& random) 
 /// A camera at `position` whose optical axis passes the corner within `spread` (rad) each way, rolled a little.
 Eigen::Isometry3d aimed(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double spread, double roll, Random& random) {
     Eigen::Isometry3d pose = looking_at(position, target);
-    const Eigen::Vector3d off(random.uniform(-0.7 * spread, 0.7 * spread), random.uniform(-spread, spread), random.normal(roll));
+    const double about_axis = random.normal(roll);
+    const Eigen::Vector2d across = uniform2(random, {-0.7 * spread, -spread}, {0.7 * spread, spread});
+    const Eigen::Vector3d off(across.x(), across.y(), about_axis);
     pose.linear() = pose.linear() * exponential_rotation(off);
     return pose;
 }
@@ -133,7 +136,8 @@ void add_upright_lines(RoomScene& scene, Random& random) {
 }
 
 RoomScene furnished_room(const Eigen::Vector2d& camera, Walls walls, double& corner_height, Random& random) {
-    RoomScene scene = bare_room(random.uniform(4.5, 7), random.uniform(4.5, 6), random.uniform(2.4, 3.0), random);
+    const Eigen::Vector3d size = uniform3(random, {4.5, 4.5, 2.4}, {7, 6, 3.0});
+    RoomScene scene = bare_room(size.x(), size.y(), size.z(), random);
     scene.texture = toned(random, 0.01, 0.06);
     scene.texture_size = random.uniform(0.02, 0.15);
     if (walls == Walls::hard) {
@@ -196,7 +200,7 @@ RoomShot chou1986_shot(const Eigen::Vector2d& place, Random& random) {
 
 RoomShot cluttered_shot(Random& random, Walls walls) {
     RoomShot shot;
-    const Eigen::Vector2d place(random.uniform(1, 4), random.uniform(1, 4));
+    const Eigen::Vector2d place = uniform2(random, {1, 1}, {4, 4});
     double corner_height = 0;
     shot.scene = furnished_room(place, walls, corner_height, random);
     shot.corner = {"c", {0, 0, corner_height}, 0};
@@ -208,7 +212,7 @@ RoomShot cluttered_shot(Random& random, Walls walls) {
 RoomShot cornerless_shot(Random& random, Walls walls) {
     for (;;) {
         RoomShot shot;
-        const Eigen::Vector2d place(random.uniform(1, 3.5), random.uniform(1, 3.5));
+        const Eigen::Vector2d place = uniform2(random, {1, 1}, {3.5, 3.5});
         double corner_height = 0;
         shot.scene = furnished_room(place, walls, corner_height, random);
         const Eigen::Vector3d position(place.x(), place.y(), random.uniform(0.5, 1.2));

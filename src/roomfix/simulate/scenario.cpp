@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/random_vector.hpp"
+
 namespace roomfix {
 
 std::vector<std::string> scenario_names() { return {"li2014", "kim2011", "kim2011-spin", "kim2011-drive", "chou1986", "chou1986-cluttered", "demo"}; }
@@ -64,7 +66,7 @@ std::vector<FloorPoint> clicked_floor_points(const ScenarioCamera& camera, doubl
     const double step = std::max(1.0, static_cast<double>(all.size()) / most);
     for (double i = 0; i < static_cast<double>(all.size()); i += step) {
         FloorPoint point = all[static_cast<std::size_t>(i)];
-        point.pixel += Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+        point.pixel += normal2(random, sigma);
         chosen.push_back(point);
     }
     return chosen;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "roomfix/base/random.hpp"
+#include "roomfix/base/random_vector.hpp"
 
 namespace roomfix {
 
@@ -18,7 +19,7 @@ std::vector<WheelPose> WheelSimulator::until(double time) {
             Eigen::Vector2d way = Eigen::Rotation2Dd(-from.yaw) * Eigen::Vector2d(to.x - from.x, to.y - from.y);
             const double length = way.norm();
             double turned = wrap_angle(to.yaw - from.yaw);
-            way += Eigen::Vector2d(random.normal(model_.along * std::sqrt(length)), random.normal(model_.across * std::sqrt(length)));
+            way += std::sqrt(length) * normal_vector<2>(random, {model_.along, model_.across});
             way /= 1 + model_.scale;
             turned += random.normal(model_.turn_per_metre * std::sqrt(length)) + random.normal(model_.turn_per_radian * std::sqrt(std::abs(turned)));
             turned -= model_.drift * step;

@@ -1,0 +1,92 @@
+#include "roomfix/pipeline/camera/fixed_camera.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace roomfix {
+
+FixedCamera::FixedCamera(const Site& site, const SiteCamera& camera, const View& view) : id_(camera.id), robots_(site.robots), observer_(view, site.robots) {
+    observer_.set_walls(site.walls);
+    if (std::any_of(robots_.begin(), robots_.end(), [](const SiteRobot& r) { return r.tag.has_value(); })) detector_.emplace(site.tag_families());
+}
+
+Result<FixedCamera> FixedCamera::create(const Site& site, const SiteCamera& camera) {
+    const auto view = fixed_view(camera);
+    if (!view) return view.error();
+    return FixedCamera(site, camera, *view);
+}
+
+void FixedCamera::look(const PictureView& frame, const FrameHints& hints) {
+    observer_.set_elsewhere(hints.elsewhere);
+    observer_.set_expected(hints.robots);
+    observer_.look_for_bodies(hints.bodies);
+    observer_.observe(frame, result_);
+    poses_ = poses_of(result_.observations);
+    // The tracker knows what is no robot as one more kind of target behind the robots.
+    for (const BodyPlace& thing : result_.things) poses_.push_back({static_cast<int>(robots_.size()), thing.pose, false, thing.covariance});
+    tagged_.clear();
+    if (detector_) tagged_ = find_tagged_robots(view(), robots_, *detector_, frame.grey);
+    // A tag says more than an outline: it names the robot and its front.
+    for (const TaggedRobot& tagged : tagged_) std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
+}
+
+Sighting FixedCamera::sighting() const {
+    Sighting sighting;
+    sighting.sees_all = true;
+    sighting.poses = poses_;
+    sighting.reason = result_.reason;
+    for (const TaggedRobot& tagged : tagged_) {
+        TagSighting& tag = sighting.tags.emplace_back(TagSighting{tagged.robot, {}, {{tagged.fit.pose, tagged.fit.covariance, true, 1}}});
+        for (const Eigen::Vector2d& corner : tagged.corners) tag.corners.push_back({corner, tagged.sigma * tagged.sigma * Eigen::Matrix2d::Identity()});
+        sighting.robots.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, {}, {}});
+    }
+    for (const SilhouetteObservation& o : result_.observations) {
+        if (sees_tag_of(o.robot)) continue;
+        sighting.robots.push_back({o.robot, o.pose, o.yaw_known, o.covariance, {o.hypotheses.begin(), o.hypotheses.end()}, {}});
+    }
+    return sighting;
+}
+
+Drawing FixedCamera::drawing() const {
+    Drawing drawing;
+    for (const SilhouetteObservation& o : result_.observations) {
+        DrawnOutline& outline = drawing.outlines.emplace_back();
+        outline.robot = robots_[static_cast<std::size_t>(o.robot)].id;
+        outline.points.assign(o.outline.begin(), o.outline.end());
+        outline.support = o.support;
+        outline.label = fmt::format("{} ({:.2f}, {:.2f})", outline.robot, o.pose.x, o.pose.y);
+        const auto on_floor = [&](double ahead) -> std::optional<Eigen::Vector2f> {  // m before its middle
+            const auto pixel = project_map_point(view(), {o.pose.x + ahead * std::cos(o.pose.yaw), o.pose.y + ahead * std::sin(o.pose.yaw), 0});
+            if (!pixel) return std::nullopt;
+            return pixel->cast<float>();
+        };
+        outline.foot = on_floor(0);
+        if (o.yaw_known) outline.ahead = on_floor(0.4);
+    }
+    if (drawing.outlines.empty() && tagged_.empty()) drawing.caption = result_.reason;
+    for (const TaggedRobot& tagged : tagged_) {
+        DrawnLandmark& tag = drawing.landmarks.emplace_back();
+        tag.id = robots_[static_cast<std::size_t>(tagged.robot)].id;
+        for (const Eigen::Vector2d& corner : tagged.corners) tag.points.push_back(corner.cast<float>());
+    }
+    return drawing;
+}
+
+bool FixedCamera::sees_tag_of(int robot) const {
+    return std::any_of(tagged_.begin(), tagged_.end(), [&](const TaggedRobot& t) { return t.robot == robot; });
+}
+
+void FixedCamera::replace_outline(int robot, const SilhouetteObservation* seen) {
+    std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == robot; });
+    std::erase_if(result_.observations, [&](const SilhouetteObservation& o) { return o.robot == robot; });
+    if (seen) result_.observations.push_back(*seen);
+}
+
+void FixedCamera::add_outline(const SilhouetteObservation& outline) {
+    result_.observations.push_back(outline);
+    poses_.push_back(poses_of({outline}).front());
+}
+
+}  // namespace roomfix
