@@ -63,7 +63,7 @@ double pose_cost(int robots, int rounds) {
             if (i > before) least = std::min(least, now() - start);
             start = now();
         }
-        tracker.see(from_seconds(i / 30.0), "hall", frames[static_cast<std::size_t>(i)]);
+        tracker.observe(from_seconds(i / 30.0), "hall", frames[static_cast<std::size_t>(i)]);
     }
     return least / (static_cast<double>(stretch) * robots);
 }
@@ -73,7 +73,7 @@ double range_cost(int updates) {
     Tracker tracker(site);
     Random random(1);
     const PoseObservation first = sighting(0, 0, random);
-    tracker.see(0, "hall", {&first, 1});
+    tracker.observe(0, "hall", {&first, 1});
     std::vector<RangeObservation> ranges;
     for (int i = 1; i <= updates; ++i) {
         const double t = i * 0.001;
@@ -82,7 +82,7 @@ double range_cost(int updates) {
         ranges.push_back({from_seconds(t), 0, i % 4, (Eigen::Vector3d(at.pose.x, at.pose.y, 0) - beacon).norm() + random.normal(0.02), 0.02});
     }
     const double start = now();
-    for (const RangeObservation& range : ranges) tracker.hear(range);
+    for (const RangeObservation& range : ranges) tracker.observe(range);
     return (now() - start) / updates;
 }
 
@@ -94,13 +94,13 @@ double late_cost() {
     for (int i = 0; i < 3000; ++i) {
         const double t = i / 30.0;
         const PoseObservation o = sighting(0, t, random);
-        tracker.see(from_seconds(t), "hall", {&o, 1});
-        tracker.drive({from_seconds(t), 0, {o.pose.x, o.pose.y, o.pose.yaw}});
+        tracker.observe(from_seconds(t), "hall", {&o, 1});
+        tracker.observe({from_seconds(t), 0, {o.pose.x, o.pose.y, o.pose.yaw}});
         if (i % 10 != 0 || i < 60) continue;
         const double past = t - 0.99;
         const PoseObservation late = sighting(0, past, random);
         const double start = now();
-        tracker.see(from_seconds(past), "door", {&late, 1});
+        tracker.observe(from_seconds(past), "door", {&late, 1});
         costs.push_back(now() - start);
     }
     std::nth_element(costs.begin(), costs.begin() + static_cast<std::ptrdiff_t>(costs.size() / 2), costs.end());
@@ -132,7 +132,7 @@ double crowd_cost(int robots) {
     for (int i = 0; i < 90; ++i) {
         const auto frame = frame_at(i / 30.0);
         const double start = now();
-        tracker.see(from_seconds(i / 30.0), "hall", frame);
+        tracker.observe(from_seconds(i / 30.0), "hall", frame);
         if (i >= 30) spent += now() - start;
     }
     return spent / 2;

@@ -100,17 +100,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                     o.yaw_known = bytes.byte() % 2 != 0;
                     o.identified = bytes.byte() % 4 == 0;
                 }
-                tracker.see(time, what < 128 ? "one" : "two", frame);
+                tracker.observe(time, what < 128 ? "one" : "two", frame);
                 break;
             }
             case 1:
-                tracker.hear(RangeObservation{time, robot, bytes.byte() % 4, bytes.number(0, 12), bytes.number(0, 0.2)});
+                tracker.observe(RangeObservation{time, robot, bytes.byte() % 4, bytes.number(0, 12), bytes.number(0, 0.2)});
                 break;
             case 2:
-                tracker.hear(RangeDifferenceObservation{time, robot, {bytes.byte() % 4, bytes.byte() % 4}, bytes.number(-5, 5), bytes.number(0, 0.2)});
+                tracker.observe(RangeDifferenceObservation{time, robot, {bytes.byte() % 4, bytes.byte() % 4}, bytes.number(-5, 5), bytes.number(0, 0.2)});
                 break;
             case 3:
-                tracker.drive({time, robot, {bytes.number(-1, 1), bytes.number(-1, 1), bytes.number(-4, 4)}});
+                tracker.observe({time, robot, {bytes.number(-1, 1), bytes.number(-1, 1), bytes.number(-4, 4)}});
                 break;
             case 4: {
                 TagSighting tag{robot, {}, {{{bytes.number(0, 8), bytes.number(0, 6), bytes.number(-4, 4)}, 1e-2 * Eigen::Matrix3d::Identity(), true, 1}}};
@@ -118,7 +118,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 for (int i = 0; i < 4; ++i) {
                     tag.corners.push_back({{u + (i % 3 ? side : -side), v + (i < 2 ? side : -side)}, sigma * sigma * Eigen::Matrix2d::Identity()});
                 }
-                tracker.see(time, what < 250 ? "one" : "nowhere", tag);
+                tracker.observe(time, what < 250 ? "one" : "nowhere", tag);
                 break;
             }
             default: {

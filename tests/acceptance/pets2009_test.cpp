@@ -41,7 +41,7 @@ DetectionCount count_people(bool learned_first, bool tracked) {
     DetectionCount count;
     for (int number = 1; number <= truth.rbegin()->first && *(*source)->next(frame); ++number) {
         observer.observe(frame.image, result);
-        tracker.see(frame.time, "view1", poses_of(result.observations));
+        tracker.observe(frame.time, "view1", poses_of(result.observations));
         const auto people = truth.find(number);
         if (people == truth.end()) continue;
         std::vector<Eigen::Vector2d> found;

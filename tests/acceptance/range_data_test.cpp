@@ -129,7 +129,7 @@ TEST(RangeData, TheTrackerLearnsTheRangesErrorsOnPlaza1) {
     std::size_t next = 0;
     bool started = false;
     for (const RangeObservation& r : batch.ranges) {
-        while (next < driven->poses.size() && driven->poses[next].time <= r.time) tracker.drive(driven->poses[next++]);
+        while (next < driven->poses.size() && driven->poses[next].time <= r.time) tracker.observe(driven->poses[next++]);
         newest[r.beacon] = {site.beacons[static_cast<std::size_t>(r.beacon)].position, r.range, 0.5};
         if (!started && newest.size() == 4) {
             std::vector<BeaconRange> ranges;
@@ -145,7 +145,7 @@ TEST(RangeData, TheTrackerLearnsTheRangesErrorsOnPlaza1) {
             tracker.propose(r.time, "trilateration", places);
             started = true;
         }
-        tracker.hear(r);
+        tracker.observe(r);
         for (const Fix& fix : tracker.fixes(r.time)) recorded.fixes.push_back(fix);
     }
     const ErrorReport report = judge(recorded, *truth);

@@ -104,7 +104,7 @@ Outcome drive_about(const Errors& errors, std::uint64_t seed) {
         wheels.x += measured * std::cos(wheels.yaw + 0.5 * turning);
         wheels.y += measured * std::sin(wheels.yaw + 0.5 * turning);
         wheels.yaw = wrap_angle(wheels.yaw + turning);
-        tracker.drive({from_seconds(t), 0, wheels});
+        tracker.observe({from_seconds(t), 0, wheels});
         if (i % 4 != 0) continue;
         const Pose2 pose = drive.at(t);
         const int beacon = random.index(static_cast<int>(site.beacons.size()));
@@ -116,7 +116,7 @@ Outcome drive_about(const Errors& errors, std::uint64_t seed) {
         range.beacon = beacon;
         range.range = to.norm() * (errors.depth ? std::cos(bearing) : 1) + random.normal(range_noise);
         range.sigma = 0.05;
-        tracker.hear(range);
+        tracker.observe(range);
         const auto fix = tracker.fix(0, range.time);
         if (t < seconds - 60 || !fix || fix->status == FixStatus::none) continue;
         const Eigen::Vector2d off(fix->pose.x - pose.x, fix->pose.y - pose.y);

@@ -49,7 +49,7 @@ PoseObservation place(double x, double y, double sigma = 0.01, int robot = 0) {
     return o;
 }
 
-void see(Tracker& tracker, double t, const std::string& camera, const PoseObservation& o) { tracker.see(from_seconds(t), camera, {&o, 1}); }
+void see(Tracker& tracker, double t, const std::string& camera, const PoseObservation& o) { tracker.observe(from_seconds(t), camera, {&o, 1}); }
 
 const Site box_site = site_of({robot_of("r1", Box{0.54, 0.54, 0.45})});
 
@@ -73,7 +73,7 @@ TEST(Tracker, TellsTheHalfTurnOfABoxByItsWheels) {
     // It drives backwards: only the wheels know.
     for (int i = 0; i < 60; ++i) {
         const double t = 0.1 * i;
-        tracker.drive({from_seconds(t), 0, {-0.3 * t, 0, 0}});
+        tracker.observe({from_seconds(t), 0, {-0.3 * t, 0, 0}});
         see(tracker, t, "hall", seen(5 - 0.3 * t, 2, std::numbers::pi, 0.01, 2));
     }
     const auto fixes = tracker.fixes(from_seconds(5.9));
@@ -164,14 +164,14 @@ TEST(Tracker, CountsWhatItCannotUseAndGoesOn) {
     bad.covariance = -Eigen::Matrix3d::Identity();
     see(tracker, 6, "hall", bad);
     see(tracker, 6, "hall", seen(1, 2, 0, 0.01, 1, 7));  // a robot unknown to the site
-    tracker.hear(RangeObservation{from_seconds(6), 0, 0, nan, 0.1});
-    tracker.hear(RangeObservation{from_seconds(6), 0, 0, 3, 0});
-    tracker.hear(RangeObservation{from_seconds(6), 0, 0, 3, -1});
-    tracker.hear(RangeObservation{from_seconds(6), 0, 0, -3, 0.1});
-    tracker.hear(RangeObservation{from_seconds(6), 0, 99, 3, 0.1});
-    tracker.hear(RangeDifferenceObservation{from_seconds(6), 0, {1, 1}, 3, 0.1});
-    tracker.drive({from_seconds(6), 0, {nan, 0, 0}});
-    tracker.drive({from_seconds(6), -1, {0, 0, 0}});
+    tracker.observe(RangeObservation{from_seconds(6), 0, 0, nan, 0.1});
+    tracker.observe(RangeObservation{from_seconds(6), 0, 0, 3, 0});
+    tracker.observe(RangeObservation{from_seconds(6), 0, 0, 3, -1});
+    tracker.observe(RangeObservation{from_seconds(6), 0, 0, -3, 0.1});
+    tracker.observe(RangeObservation{from_seconds(6), 0, 99, 3, 0.1});
+    tracker.observe(RangeDifferenceObservation{from_seconds(6), 0, {1, 1}, 3, 0.1});
+    tracker.observe({from_seconds(6), 0, {nan, 0, 0}});
+    tracker.observe({from_seconds(6), -1, {0, 0, 0}});
     EXPECT_EQ(tracker.counts().impossible, 13);
     const auto after = tracker.fixes(from_seconds(6));
     ASSERT_EQ(after.size(), 1U);
@@ -240,8 +240,8 @@ TEST(Tracker, PutsASourceInQuarantineThatContradictsTheOthersAndTakesItBack) {
         const double t = 0.1 * i, x = 1 + 0.02 * i;
         see(tracker, t, "hall", seen(x + random.normal(0.01), 2 + random.normal(0.01), 0));
         see(tracker, t + 0.05, "door", seen(x + 0.01 + off + random.normal(0.01), 2 + random.normal(0.01), 0));
-        tracker.drive({from_seconds(t), 0, {x, 0, 0}});
-        tracker.drive({from_seconds(t + 0.05), 0, {x + 0.01, 0, 0}});
+        tracker.observe({from_seconds(t), 0, {x, 0, 0}});
+        tracker.observe({from_seconds(t + 0.05), 0, {x + 0.01, 0, 0}});
     };
     for (int i = 0; i < 50; ++i) look(i, 0);
     EXPECT_TRUE(tracker.quarantines().empty());
@@ -316,7 +316,7 @@ TEST(Tracker, ATagTellsWhichOfTwoLookAlikesItIsAndWhere) {
         return tag;
     };
     for (int i = 0; i < 40; ++i) {
-        for (int r = 0; r < 2; ++r) tracker.see(from_seconds(0.1 * i), "hall", tag_of(r, 0.1 * i));
+        for (int r = 0; r < 2; ++r) tracker.observe(from_seconds(0.1 * i), "hall", tag_of(r, 0.1 * i));
     }
     for (int r = 0; r < 2; ++r) {
         const auto fix = tracker.fix(r, from_seconds(3.9));
@@ -327,10 +327,10 @@ TEST(Tracker, ATagTellsWhichOfTwoLookAlikesItIsAndWhere) {
     }
     TagSighting broken = tag_of(0, 4);
     broken.corners[2].pixel.x() = std::numeric_limits<double>::quiet_NaN();
-    tracker.see(from_seconds(4), "hall", broken);
+    tracker.observe(from_seconds(4), "hall", broken);
     TagSighting three;
-    tracker.see(from_seconds(4), "hall", three);
-    tracker.see(from_seconds(4), "no such camera", tag_of(0, 4));
+    tracker.observe(from_seconds(4), "hall", three);
+    tracker.observe(from_seconds(4), "no such camera", tag_of(0, 4));
     EXPECT_EQ(tracker.counts().impossible, 3);
 }
 
@@ -341,7 +341,7 @@ TEST(Tracker, GivesManyLookAlikesNumbersAndOneFalseSightingNone) {
     for (int i = 0; i < 10; ++i) {
         std::vector<PoseObservation> frame = {place(0.03 * i, 0, 0.05), place(3, 0.03 * i, 0.05)};
         if (i == 4) frame.push_back(place(8, 8, 0.05));
-        tracker.see(from_seconds(0.1 * i), "hall", frame);
+        tracker.observe(from_seconds(0.1 * i), "hall", frame);
     }
     auto fixes = tracker.fixes(from_seconds(0.9));
     ASSERT_EQ(fixes.size(), 2U);
@@ -355,10 +355,10 @@ TEST(Tracker, TellsTwoLookAlikesByTheirWheels) {
     // r2 drives along y = 1, r1 along y = 4; the camera does not know which is which.
     for (int i = 0; i < 60; ++i) {
         const double t = 0.1 * i;
-        tracker.drive({from_seconds(t), 0, {0.2 * t, 0, 0}});
-        tracker.drive({from_seconds(t), 1, {0.5 * t, 0, 0}});
+        tracker.observe({from_seconds(t), 0, {0.2 * t, 0, 0}});
+        tracker.observe({from_seconds(t), 1, {0.5 * t, 0, 0}});
         const std::vector<PoseObservation> frame = {seen(1 + 0.5 * t, 1, 0, 0.01, 2, 0), seen(1 + 0.2 * t, 4, 0, 0.01, 2, 1)};
-        tracker.see(from_seconds(t), "hall", frame);
+        tracker.observe(from_seconds(t), "hall", frame);
         if (i == 1) {
             for (const Fix& fix : tracker.fixes(from_seconds(t)))
                 EXPECT_TRUE(fix.status == FixStatus::none || fix.identity < 0.9) << "nobody can know this yet";
@@ -384,11 +384,11 @@ TEST(Tracker, TellsFiveLookAlikesByTheirWheels) {
         const double t = 0.1 * i;
         std::vector<PoseObservation> frame(5);
         for (std::size_t r = 0; r < 5; ++r) {
-            tracker.drive({from_seconds(t), static_cast<int>(r), {speed[r] * t, 0, 0}});
+            tracker.observe({from_seconds(t), static_cast<int>(r), {speed[r] * t, 0, 0}});
             frame[static_cast<std::size_t>(lane[r])] = seen(1 + speed[r] * t + random.normal(0.02), 1 + 1.5 * lane[r], 0, 0.02, 2, 0);
         }
         for (std::size_t place = 0; place < 5; ++place) frame[place].robot = static_cast<int>(place);
-        tracker.see(from_seconds(t), "hall", frame);
+        tracker.observe(from_seconds(t), "hall", frame);
         for (const Fix& fix : tracker.fixes(from_seconds(t))) {
             if (fix.status == FixStatus::none || fix.identity < 0.95) continue;
             EXPECT_NEAR(fix.pose.y, 1 + 1.5 * lane[static_cast<std::size_t>(fix.robot[1] - '1')], 0.2) << fix.robot << " at " << t;
@@ -410,12 +410,12 @@ TEST(Tracker, TellsRobotsOfNearlyOneSizeByTheirWheelsWhereCamerasTakeOneForTheOt
     for (int i = 0; i < 60; ++i) {
         const double t = 0.1 * i;
         const double x = 0.4 * t, y = 0.4 * t;
-        tracker.drive({from_seconds(t), 0, {x, 0, 0}});
-        tracker.drive({from_seconds(t), 1, {y * std::cos(0.3 * t), y * std::sin(0.3 * t), 0.6 * t}});
+        tracker.observe({from_seconds(t), 0, {x, 0, 0}});
+        tracker.observe({from_seconds(t), 1, {y * std::cos(0.3 * t), y * std::sin(0.3 * t), 0.6 * t}});
         const bool exchanged = i % 5 != 0;
         const std::vector<PoseObservation> seen = {place(1 + x + random.normal(0.02), 1, 0.02, exchanged ? 1 : 0),
                                                    place(6 + y * std::cos(0.3 * t), 3 + y * std::sin(0.3 * t) + random.normal(0.02), 0.02, exchanged ? 0 : 1)};
-        tracker.see(from_seconds(t), "hall", seen);
+        tracker.observe(from_seconds(t), "hall", seen);
     }
     const auto mast = tracker.fix(0, from_seconds(5.9));
     const auto cart = tracker.fix(1, from_seconds(5.9));
@@ -433,7 +433,7 @@ TEST(Tracker, ManySightingsWithALastingErrorAreNotMuchMoreExactThanOne) {
         for (int i = 0; i < 30; ++i) {
             PoseObservation o = seen(2, 2, 0, 0.04);
             prepare(o, i);
-            tracker.drive({from_seconds(0.1 * i), 0, {0, 0, 0}});
+            tracker.observe({from_seconds(0.1 * i), 0, {0, 0, 0}});
             see(tracker, 0.1 * i, "left+right", o);
         }
         return std::sqrt(tracker.fix(0, from_seconds(2.9))->covariance(0, 0));
@@ -466,9 +466,9 @@ TEST(Tracker, WeighsByHowMuchASightingIsOfOneKindAndNotOfAnother) {
         // By turns either is taken for the cart, but the one at y = 4 more plainly.
         const std::vector<PoseObservation> frame = {as(place(1 + 0.4 * t, 1, 0.02, i % 2), i % 2 == 0 ? 0 : -0.3, i % 2 == 0 ? -0.3 : 0),
                                                     as(place(6, 4, 0.02, 1 - i % 2), i % 2 == 0 ? -5 : 0, i % 2 == 0 ? 0 : 1)};
-        by_looks.see(from_seconds(t), "hall", frame);
-        for (const int robot : {0, 1}) by_wheels.drive({from_seconds(t), robot, {robot == 1 ? 0.4 * t : 0, 0, 0}});
-        by_wheels.see(from_seconds(t), "hall", frame);
+        by_looks.observe(from_seconds(t), "hall", frame);
+        for (const int robot : {0, 1}) by_wheels.observe({from_seconds(t), robot, {robot == 1 ? 0.4 * t : 0, 0, 0}});
+        by_wheels.observe(from_seconds(t), "hall", frame);
     }
     ASSERT_TRUE(by_looks.fix(1, from_seconds(3.9)) && by_wheels.fix(1, from_seconds(3.9)));
     EXPECT_NEAR(by_looks.fix(1, from_seconds(3.9))->pose.y, 4, 0.1);
@@ -480,7 +480,7 @@ TEST(Tracker, RobotsOfNearlyOneSizeHaveTheNamesThatCamerasGiveThem) {
     Tracker tracker(site_of({robot_of("mast", Box{0.58, 0.39, 1.05}), robot_of("cart", Box{0.57, 0.36, 0.9})}));
     for (int i = 0; i < 40; ++i) {
         const std::vector<PoseObservation> seen = {place(1, 1, 0.02, 1), place(6, 3, 0.02, 0)};
-        tracker.see(from_seconds(0.1 * i), "hall", seen);
+        tracker.observe(from_seconds(0.1 * i), "hall", seen);
     }
     ASSERT_TRUE(tracker.fix(0, from_seconds(3.9)) && tracker.fix(1, from_seconds(3.9)));
     EXPECT_NEAR(tracker.fix(0, from_seconds(3.9))->pose.x, 6, 0.1);
@@ -494,7 +494,7 @@ TEST(Tracker, KeepsTheNamesOfLookAlikesThatNothingTellsApartAndSaysThatTheyAreCh
         const double t = 0.1 * i;
         std::vector<PoseObservation> frame = {seen(1 + 0.2 * t, 1, 0, 0.01, 2, 0), seen(1 + 0.2 * t, 4, 0, 0.01, 2, 1)};
         if (i % 2 == 1) std::swap(frame[0], frame[1]);
-        tracker.see(from_seconds(t), "hall", frame);
+        tracker.observe(from_seconds(t), "hall", frame);
         if (i < 3) continue;
         const auto fixes = tracker.fixes(from_seconds(t));
         ASSERT_EQ(fixes.size(), 2U);
@@ -512,8 +512,8 @@ TEST(Tracker, HoldsNamesBackThatWheelsWillTellAndExpectsTheRobotsAllTheSame) {
     Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
     for (int i = 0; i < 30; ++i) {
         const double t = 0.1 * i;
-        for (const int robot : {0, 1}) tracker.drive({from_seconds(t), robot, {0, 0, 0}});  // both stand still: nothing tells them apart
-        tracker.see(from_seconds(t), "hall", std::vector<PoseObservation>{seen(1, 1, 0, 0.01, 2, 0), seen(1, 4, 0, 0.01, 2, 1)});
+        for (const int robot : {0, 1}) tracker.observe({from_seconds(t), robot, {0, 0, 0}});  // both stand still: nothing tells them apart
+        tracker.observe(from_seconds(t), "hall", std::vector<PoseObservation>{seen(1, 1, 0, 0.01, 2, 0), seen(1, 4, 0, 0.01, 2, 1)});
         if (i == 10) {
             for (const Fix& fix : tracker.fixes(from_seconds(t))) {
                 EXPECT_EQ(fix.status, FixStatus::none);

@@ -27,7 +27,7 @@ struct Drive {
             PoseObservation seen;
             seen.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
             seen.pose = {pose.x + random.normal(sigma), pose.y + random.normal(sigma), random.normal(sigma)};
-            tracker.see(time, site.cameras[static_cast<std::size_t>(i % 2)].id, {&seen, 1});
+            tracker.observe(time, site.cameras[static_cast<std::size_t>(i % 2)].id, {&seen, 1});
             const auto now = tracker.fixes(time);
             fixes.insert(fixes.end(), now.begin(), now.end());
         }

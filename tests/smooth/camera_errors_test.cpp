@@ -62,7 +62,7 @@ private:
             o.covariance = sigma * sigma * Eigen::Matrix3d::Identity() + o.by_calibration * o.by_calibration.transpose();
             seen.push_back(o);
         }
-        tracker.see(from_seconds(t), camera.id, seen);
+        tracker.observe(from_seconds(t), camera.id, seen);
     }
 
     Site site_;

@@ -135,9 +135,9 @@ TEST_F(Terms, LandmarksBehindTheCameraAreNoTerm) {
     EXPECT_FALSE(measured_term({time_, models_.source("up"), SeenLandmark{seen, 0}}, 0, way_, models_).cost);
 }
 
-TEST(DoubtLoss, IsSmoothAndEndsFlat) {
+TEST(OutlierLoss, IsSmoothAndEndsFlat) {
     for (const double least : {0.0, 1e-3}) {
-        const DoubtLoss loss(9, least);
+        const OutlierLoss loss(9, least);
         for (const double s : {0.0, 1.0, 8.9, 9.0, 9.1, 30.0, 500.0, 1e5}) {
             double at[3], after[3], before[3];
             loss.Evaluate(s, at);

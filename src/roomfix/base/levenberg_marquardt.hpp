@@ -29,10 +29,16 @@ bool levenberg_marquardt(const DampingSettings& settings, TryStep&& try_step) {
     double damping = settings.start;
     for (int round = 0; round < settings.rounds && damping < settings.most; ++round) {
         switch (try_step(damping)) {
-            case StepResult::better: damping = std::max(0.1 * damping, settings.least); break;
-            case StepResult::settled: return true;
-            case StepResult::worse: damping = std::max(10 * damping, settings.least); break;
-            case StepResult::impossible: return false;
+            case StepResult::better:
+                damping = std::max(0.1 * damping, settings.least);
+                break;
+            case StepResult::settled:
+                return true;
+            case StepResult::worse:
+                damping = std::max(10 * damping, settings.least);
+                break;
+            case StepResult::impossible:
+                return false;
         }
     }
     return true;

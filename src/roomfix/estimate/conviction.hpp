@@ -1,4 +1,4 @@
-// How fast evidence may decide between accounts of what happened.
+// How fast evidence may decide between association hypotheses.
 #pragma once
 
 #include <vector>

@@ -58,10 +58,10 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     return l;
 }
 
-std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
-                                      const Doubt& doubt) {
+std::optional<Innovation> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
+                                        const OutlierModel& outliers) {
     add_slow_states(belief, number, source);
-    return iterated_update<5>(belief, doubt, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });
+    return iterated_update<5>(belief, outliers, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });
 }
 
 }  // namespace roomfix

@@ -15,7 +15,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
                                               const OnboardSource& source);
 
 /// Takes a corner into the belief, linearised again where needed.
-std::optional<Surprise> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
-                                      const Doubt& doubt);
+std::optional<Innovation> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
+                                        const OutlierModel& outliers);
 
 }  // namespace roomfix

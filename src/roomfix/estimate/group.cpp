@@ -13,16 +13,16 @@ namespace {
 constexpr double moving_speed = 0.3;   // m/s: a robot without a front looks where it drives
 constexpr double sure_of_place = 0.9;  // weight of a place that is believed
 
-Track& track_of(Account& account, int robot, const Group& group) {
-    if (group.alone()) return account.tracks.front();
-    for (Track& track : account.tracks) {
+Track& track_of(Association& association, int robot, const Group& group) {
+    if (group.alone()) return association.tracks.front();
+    for (Track& track : association.tracks) {
         if (track.is(robot)) return track;
     }
     Track track;
     track.robot = robot;
     track.named = true;
-    account.tracks.push_back(track);
-    return account.tracks.back();
+    association.tracks.push_back(track);
+    return association.tracks.back();
 }
 
 /// What a robot's own receivers or detector say.
@@ -32,12 +32,12 @@ bool is_heard(const Event& event) {
 }
 
 bool followed(const GroupState& state, int robot) {
-    return std::any_of(state.accounts.begin(), state.accounts.end(), [&](const Account& account) {
-        return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(robot); });
+    return std::any_of(state.associations.begin(), state.associations.end(), [&](const Association& association) {
+        return std::any_of(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
     });
 }
 
-/// Looks for one of several look-alikes in what it hears; where it is found, all accounts have it.
+/// Looks for one of several look-alikes in what it hears; where it is found, all associations have it.
 void seek(GroupState& state, const Event& event, const TrackingModels& models) {
     const int robot = robot_of(event);
     auto sought = std::find_if(state.sought.begin(), state.sought.end(), [&](const Track& t) { return t.robot == robot; });
@@ -49,7 +49,7 @@ void seek(GroupState& state, const Event& event, const TrackingModels& models) {
     }
     take(*sought, event, models);
     if (!sought->alive()) return;
-    for (Account& account : state.accounts) account.tracks.push_back(*sought);
+    for (Association& association : state.associations) association.tracks.push_back(*sought);
     state.sought.erase(sought);
 }
 
@@ -159,9 +159,9 @@ std::size_t Group::kind_of(int robot) const {
 
 void temper(GroupState& state, const std::vector<double>& before, Nanoseconds time, const TrackerSettings& settings) {
     std::vector<double> after;
-    for (const Account& account : state.accounts) after.push_back(account.log_weight);
+    for (const Association& association : state.associations) after.push_back(association.log_weight);
     state.conviction.temper(before, after, time, settings.conviction);
-    for (std::size_t s = 0; s < after.size(); ++s) state.accounts[s].log_weight = after[s];
+    for (std::size_t s = 0; s < after.size(); ++s) state.associations[s].log_weight = after[s];
 }
 
 GroupState start_state(const Group& group) {
@@ -170,24 +170,24 @@ GroupState start_state(const Group& group) {
         Track track;
         track.robot = group.robots.front();
         track.named = true;
-        state.accounts[0].tracks.push_back(track);
+        state.associations[0].tracks.push_back(track);
     }
     return state;
 }
 
 void put_in_order(GroupState& state) {
     constexpr double likelier = 1.6;  // nats: less is no reason to change names that were given
-    auto& accounts = state.accounts;
-    std::stable_sort(accounts.begin(), accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
-    auto shown = std::find_if(accounts.begin(), accounts.end(), [](const Account& a) { return a.shown; });
-    if (shown == accounts.end() || accounts.front().log_weight - shown->log_weight > likelier) shown = accounts.begin();
-    std::rotate(accounts.begin(), shown, shown + 1);
-    for (Account& account : accounts) account.shown = &account == &accounts.front();
+    auto& associations = state.associations;
+    std::stable_sort(associations.begin(), associations.end(), [](const Association& a, const Association& b) { return a.log_weight > b.log_weight; });
+    auto shown = std::find_if(associations.begin(), associations.end(), [](const Association& a) { return a.shown; });
+    if (shown == associations.end() || associations.front().log_weight - shown->log_weight > likelier) shown = associations.begin();
+    std::rotate(associations.begin(), shown, shown + 1);
+    for (Association& association : associations) association.shown = &association == &associations.front();
 }
 
 void step(GroupState& state, const Event& event, const Group& group, const TrackingModels& models) {
-    for (Account& account : state.accounts) {
-        for (Track& track : account.tracks) {
+    for (Association& association : state.associations) {
+        for (Track& track : association.tracks) {
             if (track.alive()) predict(track, event.time, models);
             for (PossibleName& name : track.names) predict(name.track, event.time, models);
         }
@@ -199,19 +199,19 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
     }
     if (!group.alone() && is_heard(event) && !followed(state, robot_of(event))) return seek(state, event, models);
     std::vector<double> before;
-    for (Account& account : state.accounts) {
-        before.push_back(account.log_weight);
-        account.log_weight += take(track_of(account, robot_of(event), group), event, models);
-        std::erase_if(account.tracks, [&](const Track& t) { return !t.alive() && !group.alone(); });
+    for (Association& association : state.associations) {
+        before.push_back(association.log_weight);
+        association.log_weight += take(track_of(association, robot_of(event), group), event, models);
+        std::erase_if(association.tracks, [&](const Track& t) { return !t.alive() && !group.alone(); });
     }
-    if (state.accounts.size() == 1) {
-        state.accounts[0].log_weight = 0;
+    if (state.associations.size() == 1) {
+        state.associations[0].log_weight = 0;
         return;
     }
     temper(state, before, event.time, models.settings);
     double most = -1e300;
-    for (const Account& account : state.accounts) most = std::max(most, account.log_weight);
-    for (Account& account : state.accounts) account.log_weight -= most;
+    for (const Association& association : state.associations) most = std::max(most, association.log_weight);
+    for (Association& association : state.associations) association.log_weight -= most;
     put_in_order(state);
 }
 
@@ -220,14 +220,14 @@ namespace {
 constexpr const char* name_to_come = "it is in sight, but so are others that look the same: which of them it is shows as soon as it moves";
 
 /// Robots that are in sight, but of which nobody knows yet which they are.
-std::vector<Fix> without_names(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
+std::vector<Fix> without_names(const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<Fix> fixes;
     for (const int robot : group.robots) {
         const auto may_be = [&](const Track& track) {
             return std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& name) { return name.track.robot == robot; });
         };
-        const bool named = std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(robot); });
-        if (named || std::none_of(account.tracks.begin(), account.tracks.end(), may_be)) continue;
+        const bool named = std::any_of(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
+        if (named || std::none_of(association.tracks.begin(), association.tracks.end(), may_be)) continue;
         Fix& fix = fixes.emplace_back();
         fix.time = time;
         fix.robot = models.site.robots[static_cast<std::size_t>(robot)].id;
@@ -239,8 +239,8 @@ std::vector<Fix> without_names(const Account& account, Nanoseconds time, const G
 }  // namespace
 
 std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    std::vector<Fix> fixes = without_names(state.accounts.front(), time, group, models);
-    for (const Track& track : state.accounts.front().tracks) {
+    std::vector<Fix> fixes = without_names(state.associations.front(), time, group, models);
+    for (const Track& track : state.associations.front().tracks) {
         if (!track.alive() || (!track.named && track.number == 0)) continue;
         Fix fix = fix_of(track, time, models);
         if (!group.alone() && !group.many) fix.identity = identity_probability(state, track);
@@ -293,7 +293,7 @@ std::vector<int> guess_names(const std::vector<Track>& tracks, const Group& grou
 
 std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<PoseObservation> expected;
-    const std::vector<Track>& tracks = state.accounts.front().tracks;
+    const std::vector<Track>& tracks = state.associations.front().tracks;
     const std::vector<int> guessed = guess_names(tracks, group);
     for (std::size_t t = 0; t < tracks.size(); ++t) {
         const int robot = tracks[t].named ? tracks[t].robot : guessed[t];
@@ -307,10 +307,10 @@ std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds ti
 double identity_probability(const GroupState& state, const Track& track) {
     double agreeing = 0;
     double all = 0;
-    for (const Account& account : state.accounts) {
-        const double weight = std::exp(account.log_weight);
+    for (const Association& association : state.associations) {
+        const double weight = std::exp(association.log_weight);
         all += weight;
-        for (const Track& other : account.tracks) {
+        for (const Track& other : association.tracks) {
             if (other.is(track.robot) && other.alive() && pose_distance(track.belief.best(), other.belief.best()) < 25) agreeing += weight;
         }
     }

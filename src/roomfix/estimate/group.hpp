@@ -24,28 +24,28 @@ struct Group {
 /// The robots of a site, in groups of those that pictures may take for each other.
 std::vector<Group> groups_of(const std::vector<SiteRobot>& robots);
 
-/// One account of who is who.
-struct Account {
+/// An association hypothesis: which track is which robot.
+struct Association {
     double log_weight = 0;
     bool shown = false;  // its fixes are the ones that are given
     std::vector<Track> tracks;
 };
 
-/// All that is believed of a group. First stands the account that is shown: the likeliest, or one not much less likely that was shown before, so that
+/// All that is believed of a group. First stands the association that is shown: the likeliest, or one not much less likely that was shown before, so that
 /// names do not change back and forth where nothing tells robots apart.
 struct GroupState {
-    std::vector<Account> accounts = {Account{}};
+    std::vector<Association> associations = {Association{}};
     std::vector<Track> sought;  // robots that are heard or detect something, but have not been found
     int numbers_given = 0;
     Conviction conviction;  // in who is who
 };
 
-/// Evidence since the accounts had these weights counts as far as it may turn their balance.
+/// Evidence since the associations had these weights counts as far as it may turn their balance.
 void temper(GroupState& state, const std::vector<double>& before, Nanoseconds time, const TrackerSettings& settings);
 
 GroupState start_state(const Group& group);
 
-/// Brings the account to be shown to the front, the others by their weights behind it.
+/// Brings the association to be shown to the front, the others by their weights behind it.
 void put_in_order(GroupState& state);
 
 /// The state after an event.
@@ -57,7 +57,7 @@ std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group
 /// Where robots of the group should be seen at a time not before the state's, those without a name among them: these count as robots that are not followed.
 std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models);
 
-/// Probability that the robot's name is right, 0..1: the weight of all accounts that put it there.
+/// Probability that the robot's name is right, 0..1: the weight of all associations that put it there.
 double identity_probability(const GroupState& state, const Track& track);
 
 }  // namespace roomfix

@@ -11,13 +11,13 @@ constexpr double settled = 0.02;  // standard deviations: a smaller move changes
 /// `linearise(belief)` gives std::optional<Linearised<Rows>>. Nothing where it gives nothing at the belief itself.
 /// Source: Bell and Cathey 1993, the iterated Kalman filter as Gauss-Newton.
 template <int Rows, class Linearise>
-std::optional<Surprise> iterated_update(Belief& belief, const Doubt& doubt, const Linearise& linearise) {
+std::optional<Innovation> iterated_update(Belief& belief, const OutlierModel& outliers, const Linearise& linearise) {
     auto measured = linearise(belief);
     if (!measured) return std::nullopt;
     Belief updated = belief;
-    Surprise surprise = update(updated, *measured, doubt);
+    Innovation innovation = update(updated, *measured, outliers);
     Belief at = belief;
-    for (int i = 1; i < most_iterations && surprise.right > 0.01; ++i) {
+    for (int i = 1; i < most_iterations && innovation.right > 0.01; ++i) {
         const Eigen::Vector3d moved = updated.mean.template head<3>() - at.mean.template head<3>();
         bool still = true;
         for (int k = 0; k < 3; ++k) still = still && moved[k] * moved[k] < settled * settled * updated.covariance(k, k);
@@ -31,10 +31,10 @@ std::optional<Surprise> iterated_update(Belief& belief, const Doubt& doubt, cons
             again->residual -= again->by_state.col(static_cast<Eigen::Index>(k)) * (belief.mean[state] - at.mean[state]);
         }
         updated = belief;
-        surprise = update(updated, *again, doubt);
+        innovation = update(updated, *again, outliers);
     }
     belief = updated;
-    return surprise;
+    return innovation;
 }
 
 }  // namespace roomfix

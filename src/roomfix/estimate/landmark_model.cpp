@@ -61,13 +61,13 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
 template std::optional<Linearised<6>> linearise_points<3>(const Belief&, const LandmarkObservation&, const KnownLandmark&, const OnboardSource&);
 template std::optional<Linearised<8>> linearise_points<4>(const Belief&, const LandmarkObservation&, const KnownLandmark&, const OnboardSource&);
 
-std::optional<Surprise> update_landmark(Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark, const OnboardSource& source,
-                                        const Doubt& doubt) {
+std::optional<Innovation> update_landmark(Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark, const OnboardSource& source,
+                                          const OutlierModel& outliers) {
     const std::size_t count = landmark.points->size();
     if (seen.points.size() != count) return std::nullopt;
     add_slow_states(belief, landmark, source);
-    if (count == 3) return iterated_update<6>(belief, doubt, [&](const Belief& at) { return linearise_points<3>(at, seen, landmark, source); });
-    if (count == 4) return iterated_update<8>(belief, doubt, [&](const Belief& at) { return linearise_points<4>(at, seen, landmark, source); });
+    if (count == 3) return iterated_update<6>(belief, outliers, [&](const Belief& at) { return linearise_points<3>(at, seen, landmark, source); });
+    if (count == 4) return iterated_update<8>(belief, outliers, [&](const Belief& at) { return linearise_points<4>(at, seen, landmark, source); });
     return std::nullopt;
 }
 

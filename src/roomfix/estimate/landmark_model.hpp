@@ -36,7 +36,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
                                                        const OnboardSource& source);
 
 /// Takes a landmark into the belief, linearised again where needed. Nothing where it cannot be seen from there.
-std::optional<Surprise> update_landmark(Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark, const OnboardSource& source,
-                                        const Doubt& doubt);
+std::optional<Innovation> update_landmark(Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark, const OnboardSource& source,
+                                          const OutlierModel& outliers);
 
 }  // namespace roomfix

@@ -11,11 +11,11 @@
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_accounts = 32;
+constexpr std::size_t most_associations = 32;
 constexpr double no_robot = 0.03;          // share of new tracks that are none of the group
 constexpr std::size_t most_namings = 128;  // ways to give all names at once that are compared
 constexpr double ask_again = 1;            // s until a track that got no name may get one
-constexpr double same = 0.5;               // squared distance of poses below which two accounts of a robot are one
+constexpr double same = 0.5;               // squared distance of poses below which two associations of a robot are one
 constexpr double close_call = 6;           // difference of cost (twice the nats) up to which two robots may have been mixed up
 
 const Shape& shape_of(const Track& track, const TrackingModels& models) { return models.site.robots[static_cast<std::size_t>(track.robot)].shape; }
@@ -77,7 +77,7 @@ double note_kind(Track& track, const PoseObservation& observation, const Group& 
 }
 
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
-std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSighting& frame, const Group& group, const TrackingModels& models) {
+std::vector<PossiblePair> possible_pairs(const Association& association, const GroupSighting& frame, const Group& group, const TrackingModels& models) {
     std::vector<PossiblePair> pairs;
     std::vector<int> order(frame.robots.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
@@ -85,8 +85,8 @@ std::vector<PossiblePair> possible_pairs(const Account& account, const GroupSigh
     std::sort(order.begin(), order.end(), [&](int a, int b) { return x_of(a) < x_of(b); });
     double widest = 0;  // variance
     for (const PoseObservation& o : frame.robots) widest = std::max(widest, o.covariance(0, 0));
-    for (std::size_t t = 0; t < account.tracks.size(); ++t) {
-        const Track& track = account.tracks[t];
+    for (std::size_t t = 0; t < association.tracks.size(); ++t) {
+        const Track& track = association.tracks[t];
         if (!track.alive()) continue;
         const Belief& belief = track.belief.best();
         const double size = half_size(shape_of(track, models)).x();
@@ -150,7 +150,7 @@ void weigh_names(Track& track, const PoseObservation& seen, const Event& event, 
     for (std::size_t n = 0; n < track.names.size(); ++n) track.names[n].evidence = after[n + 1] - after[0];
 }
 
-void start_track(Account& account, const PoseObservation& observation, const Event& event, const Group& group, const TrackingModels& models) {
+void start_track(Association& association, const PoseObservation& observation, const Event& event, const Group& group, const TrackingModels& models) {
     Track track;
     track.robot = group.many ? group.robots.front() : observation.robot;
     note_kind(track, observation, group);
@@ -161,17 +161,17 @@ void start_track(Account& account, const PoseObservation& observation, const Eve
         if (group.kind_of(name.track.robot) == group.kind_of(observation.robot)) continue;
         start(name.track, places_of(seen_as(name.track.robot, observation, group)), event.time, models);
     }
-    account.tracks.push_back(track);
+    association.tracks.push_back(track);
 }
 
 /// Takes the sightings as assigned; returns their log evidence.
-double take_assigned(Account& account, const std::vector<int>& column_of, const GroupSighting& frame, const Event& event, const Group& group,
+double take_assigned(Association& association, const std::vector<int>& column_of, const GroupSighting& frame, const Event& event, const Group& group,
                      const TrackingModels& models) {
     double evidence = 0;
     std::vector<char> used(frame.robots.size(), 0);
-    const std::size_t old_tracks = account.tracks.size();
+    const std::size_t old_tracks = association.tracks.size();
     for (std::size_t t = 0; t < old_tracks; ++t) {
-        Track& track = account.tracks[t];
+        Track& track = association.tracks[t];
         const bool watched = std::any_of(track.sources.begin(), track.sources.end(), [&](const SourceHealth& s) { return s.source == event.source; });
         if (watched) track.presence += 0.15 * ((column_of[t] >= 0 ? 1 : 0) - track.presence);
         if (column_of[t] < 0) continue;
@@ -186,16 +186,16 @@ double take_assigned(Account& account, const std::vector<int>& column_of, const 
     const double stray = std::log(models.settings.outliers) - std::log(models.settings.area * 2 * std::numbers::pi);
     for (std::size_t o = 0; o < frame.robots.size(); ++o) {
         if (used[o]) continue;
-        start_track(account, frame.robots[o], event, group, models);
+        start_track(association, frame.robots[o], event, group, models);
         evidence += stray;
     }
     return evidence;
 }
 
 /// Tracks that nothing has confirmed for long; robots with a name of their own are kept while they can be predicted.
-void drop_lost(Account& account, Nanoseconds time, const TrackingModels& models) {
+void drop_lost(Association& association, Nanoseconds time, const TrackingModels& models) {
     const TrackerSettings& settings = models.settings;
-    std::erase_if(account.tracks, [&](const Track& t) {
+    std::erase_if(association.tracks, [&](const Track& t) {
         const double unseen = to_seconds(time - t.seen);
         if (t.named) return unseen > settings.forget && t.belief.best().place_sigma() > 2 * models.site.lost;
         return unseen > (t.number == 0 ? 2 * settings.ok : settings.forget);
@@ -203,26 +203,26 @@ void drop_lost(Account& account, Nanoseconds time, const TrackingModels& models)
 }
 
 /// Of two tracks of like robots that stand inside each other, the one that is seen less is the other's shadow.
-void drop_doubles(Account& account, const TrackingModels& models) {
-    std::vector<char> shadow(account.tracks.size(), 0);
-    for (std::size_t a = 0; a < account.tracks.size(); ++a) {
-        if (account.tracks[a].presence >= 0.6) continue;
-        const double reach = 2.4 * half_size(shape_of(account.tracks[a], models)).x();
-        for (const Track& other : account.tracks) {
-            const double apart = (other.belief.best().mean.head<2>() - account.tracks[a].belief.best().mean.head<2>()).norm();
-            shadow[a] = static_cast<char>(shadow[a] || (other.presence > account.tracks[a].presence && apart < reach));
+void drop_doubles(Association& association, const TrackingModels& models) {
+    std::vector<char> shadow(association.tracks.size(), 0);
+    for (std::size_t a = 0; a < association.tracks.size(); ++a) {
+        if (association.tracks[a].presence >= 0.6) continue;
+        const double reach = 2.4 * half_size(shape_of(association.tracks[a], models)).x();
+        for (const Track& other : association.tracks) {
+            const double apart = (other.belief.best().mean.head<2>() - association.tracks[a].belief.best().mean.head<2>()).norm();
+            shadow[a] = static_cast<char>(shadow[a] || (other.presence > association.tracks[a].presence && apart < reach));
         }
     }
     std::size_t i = 0;
-    std::erase_if(account.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
+    std::erase_if(association.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
 }
 
-/// Robots of the group that the account has not seen yet, or has lost.
-std::vector<int> free_robots(const Account& account, Nanoseconds time, const Group& group, const TrackingModels& models) {
+/// Robots of the group that the association has not seen yet, or has lost.
+std::vector<int> free_robots(const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
     std::vector<int> free;
     for (const int robot : group.robots) {
-        const auto known = std::find_if(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(robot); });
-        if (known == account.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
+        const auto known = std::find_if(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
+        if (known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
             free.push_back(robot);
     }
     return free;
@@ -258,11 +258,11 @@ struct Naming {
 };
 
 /// The likeliest ways to name tracks, weights with sum 1.
-std::vector<Naming> likely_namings(const Account& account, const std::vector<std::size_t>& tracks, const std::vector<int>& free, const Group& group,
+std::vector<Naming> likely_namings(const Association& association, const std::vector<std::size_t>& tracks, const std::vector<int>& free, const Group& group,
                                    const TrackingModels& models) {
     std::vector<Naming> namings = {{{}, {}, free, 0}};
     for (const std::size_t t : tracks) {
-        const Track& track = account.tracks[t];
+        const Track& track = association.tracks[t];
         std::vector<Naming> longer;
         for (const Naming& naming : namings) {
             longer.push_back(naming);
@@ -291,14 +291,14 @@ std::vector<Naming> likely_namings(const Account& account, const std::vector<std
 }
 
 /// Which of the tracks get their names now: those whose name is sure, and those that wheels have had their time to tell.
-std::vector<char> ripe_tracks(const Account& account, const std::vector<std::size_t>& tracks, const std::vector<Naming>& namings, const std::vector<int>& free,
-                              Nanoseconds time, const TrackingModels& models) {
+std::vector<char> ripe_tracks(const Association& association, const std::vector<std::size_t>& tracks, const std::vector<Naming>& namings,
+                              const std::vector<int>& free, Nanoseconds time, const TrackingModels& models) {
     std::vector<char> ripe;
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         double agreeing = 0;
         for (const Naming& naming : namings) agreeing += naming.robots[i] == namings[0].robots[i] ? std::exp(naming.log_weight) : 0;
         Nanoseconds since = never;
-        for (const PossibleName& name : account.tracks[tracks[i]].names) {
+        for (const PossibleName& name : association.tracks[tracks[i]].names) {
             if (std::find(free.begin(), free.end(), name.track.robot) != free.end()) since = std::max(since, name.since);
         }
         ripe.push_back(agreeing > models.settings.sure_of_name || since == never || to_seconds(time - since) >= models.settings.naming);
@@ -306,14 +306,14 @@ std::vector<char> ripe_tracks(const Account& account, const std::vector<std::siz
     return ripe;
 }
 
-/// A name given to one of an account's tracks.
-void give_name(Account& account, std::size_t index, int robot, double by_chance, const Group& group) {
-    Track& track = account.tracks[index];
+/// A name given to one of an association's tracks.
+void give_name(Association& association, std::size_t index, int robot, double by_chance, const Group& group) {
+    Track& track = association.tracks[index];
     const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(robot));
-    account.log_weight += track.as_kind[group.kind_of(robot)];
+    association.log_weight += track.as_kind[group.kind_of(robot)];
     if (own != track.names.end()) {
         Track named = std::move(own->track);
-        account.log_weight += own->evidence;
+        association.log_weight += own->evidence;
         named.as_kind = track.as_kind;
         named.presence = track.presence;
         track = std::move(named);
@@ -324,54 +324,54 @@ void give_name(Account& account, std::size_t index, int robot, double by_chance,
     track.named_by_chance = by_chance;
 }
 
-/// The account with the names of the tracks that are ripe; lost tracks of these names end.
-Account with_names(Account account, const std::vector<std::size_t>& tracks, const std::vector<char>& ripe, const Naming& naming, std::size_t free,
-                   Nanoseconds time, const Group& group) {
-    std::vector<char> ends(account.tracks.size(), 0);
+/// The association with the names of the tracks that are ripe; lost tracks of these names end.
+Association with_names(Association association, const std::vector<std::size_t>& tracks, const std::vector<char>& ripe, const Naming& naming, std::size_t free,
+                       Nanoseconds time, const Group& group) {
+    std::vector<char> ends(association.tracks.size(), 0);
     for (std::size_t i = 0; i < tracks.size(); ++i) {
         if (!ripe[i]) continue;
         if (naming.robots[i] < 0) {
-            account.tracks[tracks[i]].declined = time;
-            account.log_weight += std::log(no_robot);
+            association.tracks[tracks[i]].declined = time;
+            association.log_weight += std::log(no_robot);
             continue;
         }
-        for (std::size_t t = 0; t < account.tracks.size(); ++t) ends[t] |= account.tracks[t].is(naming.robots[i]);
-        account.log_weight += std::log((1 - no_robot) / (naming.by_chance[i] * static_cast<double>(free--)));
+        for (std::size_t t = 0; t < association.tracks.size(); ++t) ends[t] |= association.tracks[t].is(naming.robots[i]);
+        association.log_weight += std::log((1 - no_robot) / (naming.by_chance[i] * static_cast<double>(free--)));
     }
     for (std::size_t i = 0; i < tracks.size(); ++i) {
-        if (ripe[i] && naming.robots[i] >= 0) give_name(account, tracks[i], naming.robots[i], naming.by_chance[i], group);
+        if (ripe[i] && naming.robots[i] >= 0) give_name(association, tracks[i], naming.robots[i], naming.by_chance[i], group);
     }
-    for (Track& track : account.tracks) {
+    for (Track& track : association.tracks) {
         std::erase_if(track.names, [&](const PossibleName& name) {
-            return std::any_of(account.tracks.begin(), account.tracks.end(), [&](const Track& t) { return t.is(name.track.robot); });
+            return std::any_of(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(name.track.robot); });
         });
     }
     std::size_t i = 0;
-    std::erase_if(account.tracks, [&](const Track&) { return ends[i++] != 0; });
-    return account;
+    std::erase_if(association.tracks, [&](const Track&) { return ends[i++] != 0; });
+    return association;
 }
 
-/// Tracks of an account that were seen often enough get the names of robots that are not followed: one account for each likely way to do it, among them
+/// Tracks of an association that were seen often enough get the names of robots that are not followed: one association for each likely way to do it, among them
 /// that a track is no robot of the group at all. All that can be named at once are: names exclude each other.
 void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    const std::size_t accounts = state.accounts.size();
-    for (std::size_t s = 0; s < accounts; ++s) {
+    const std::size_t associations = state.associations.size();
+    for (std::size_t s = 0; s < associations; ++s) {
         std::vector<std::size_t> tracks;
-        for (std::size_t t = 0; t < state.accounts[s].tracks.size(); ++t) {
-            const Track& track = state.accounts[s].tracks[t];
+        for (std::size_t t = 0; t < state.associations[s].tracks.size(); ++t) {
+            const Track& track = state.associations[s].tracks[t];
             const bool asks = !track.named && track.sightings >= models.settings.confirmations && to_seconds(time - track.declined) >= ask_again;
             if (asks) tracks.push_back(t);
         }
         if (tracks.empty()) continue;
-        const std::vector<int> free = free_robots(state.accounts[s], time, group, models);
+        const std::vector<int> free = free_robots(state.associations[s], time, group, models);
         if (free.empty()) continue;
         for (const std::size_t t : tracks) {
-            for (const int robot : free) propose_name(state.accounts[s].tracks[t], robot, models);
+            for (const int robot : free) propose_name(state.associations[s].tracks[t], robot, models);
         }
-        const std::vector<Naming> namings = likely_namings(state.accounts[s], tracks, free, group, models);
-        const std::vector<char> ripe = ripe_tracks(state.accounts[s], tracks, namings, free, time, models);
+        const std::vector<Naming> namings = likely_namings(state.associations[s], tracks, free, group, models);
+        const std::vector<char> ripe = ripe_tracks(state.associations[s], tracks, namings, free, time, models);
         if (std::find(ripe.begin(), ripe.end(), 1) == ripe.end()) continue;
-        const Account before = state.accounts[s];
+        const Association before = state.associations[s];
         std::vector<std::vector<int>> given;
         for (const Naming& naming : namings) {
             std::vector<int> names;  // of the ripe tracks: ways that differ only in the others are one
@@ -379,19 +379,19 @@ void give_names(GroupState& state, Nanoseconds time, const Group& group, const T
                 if (ripe[i]) names.push_back(naming.robots[i]);
             }
             if (naming.log_weight < least_log_weight || std::find(given.begin(), given.end(), names) != given.end()) continue;
-            if (!given.empty() && state.accounts.size() >= most_accounts) break;
-            Account named = with_names(before, tracks, ripe, naming, free.size(), time, group);
+            if (!given.empty() && state.associations.size() >= most_associations) break;
+            Association named = with_names(before, tracks, ripe, naming, free.size(), time, group);
             if (given.empty()) {
-                state.accounts[s] = std::move(named);
+                state.associations[s] = std::move(named);
             } else {
-                state.accounts.push_back(std::move(named));
+                state.associations.push_back(std::move(named));
             }
             given.push_back(std::move(names));
         }
     }
 }
 
-bool same_account(const Account& a, const Account& b) {
+bool same_association(const Association& a, const Association& b) {
     for (const Track& track : a.tracks) {
         if (!track.named) continue;
         const auto other = std::find_if(b.tracks.begin(), b.tracks.end(), [&](const Track& t) { return t.is(track.robot); });
@@ -402,37 +402,38 @@ bool same_account(const Account& a, const Account& b) {
 
 /// The likeliest first, like ones joined, weights add up to 1.
 void settle_accounts(GroupState& state) {
-    auto& accounts = state.accounts;
-    for (Account& account : accounts) account.shown = &account == &accounts.front();  // copies of it came behind it
-    if (accounts.size() > 1) {
-        std::stable_sort(accounts.begin(), accounts.end(), [](const Account& a, const Account& b) { return a.log_weight > b.log_weight; });
-        const double most = accounts[0].log_weight;
-        std::vector<Account> kept;
-        for (Account& account : accounts) {
-            account.log_weight -= most;
-            if (account.log_weight < least_log_weight) continue;
-            const auto alike = std::find_if(kept.begin(), kept.end(), [&](const Account& k) { return same_account(k, account); });
+    auto& associations = state.associations;
+    for (Association& association : associations) association.shown = &association == &associations.front();  // copies of it came behind it
+    if (associations.size() > 1) {
+        std::stable_sort(associations.begin(), associations.end(), [](const Association& a, const Association& b) { return a.log_weight > b.log_weight; });
+        const double most = associations[0].log_weight;
+        std::vector<Association> kept;
+        for (Association& association : associations) {
+            association.log_weight -= most;
+            if (association.log_weight < least_log_weight) continue;
+            const auto alike = std::find_if(kept.begin(), kept.end(), [&](const Association& k) { return same_association(k, association); });
             if (alike != kept.end()) {
-                alike->shown |= account.shown;
-                alike->log_weight = std::log(std::exp(alike->log_weight) + std::exp(account.log_weight));
-            } else if (kept.size() < most_accounts) {
-                kept.push_back(std::move(account));
+                alike->shown |= association.shown;
+                alike->log_weight = std::log(std::exp(alike->log_weight) + std::exp(association.log_weight));
+            } else if (kept.size() < most_associations) {
+                kept.push_back(std::move(association));
             }
         }
-        accounts = std::move(kept);
+        associations = std::move(kept);
     }
     double sum = 0;
-    for (const Account& account : accounts) sum += std::exp(account.log_weight);
-    for (Account& account : accounts) account.log_weight -= std::log(sum);
+    for (const Association& association : associations) sum += std::exp(association.log_weight);
+    for (Association& association : associations) association.log_weight -= std::log(sum);
     put_in_order(state);
 }
 
 /// Two named robots so close to each other that either sighting may be either robot's: the assignment with the two exchanged.
-std::vector<std::vector<int>> close_exchanges(const Account& account, const std::vector<int>& column_of, const std::vector<PossiblePair>& pairs, double alone) {
+std::vector<std::vector<int>> close_exchanges(const Association& association, const std::vector<int>& column_of, const std::vector<PossiblePair>& pairs,
+                                              double alone) {
     std::vector<std::vector<int>> exchanges;
-    for (std::size_t a = 0; a < account.tracks.size(); ++a) {
-        for (std::size_t b = a + 1; b < account.tracks.size(); ++b) {
-            if (!account.tracks[a].named || !account.tracks[b].named || (column_of[a] < 0 && column_of[b] < 0)) continue;
+    for (std::size_t a = 0; a < association.tracks.size(); ++a) {
+        for (std::size_t b = a + 1; b < association.tracks.size(); ++b) {
+            if (!association.tracks[a].named || !association.tracks[b].named || (column_of[a] < 0 && column_of[b] < 0)) continue;
             const auto cost = [&](std::size_t row, int column) { return column < 0 ? alone : cost_of(pairs, static_cast<int>(row), column, 1e9); };
             const double more = cost(a, column_of[b]) + cost(b, column_of[a]) - cost(a, column_of[a]) - cost(b, column_of[b]);
             if (more > close_call) continue;
@@ -446,32 +447,32 @@ std::vector<std::vector<int>> close_exchanges(const Account& account, const std:
 }  // namespace
 
 void take_frame(GroupState& state, const GroupSighting& frame, const Event& event, const Group& group, const TrackingModels& models) {
-    const std::size_t old_accounts = state.accounts.size();
-    std::vector<Account> exchanged;
+    const std::size_t old_accounts = state.associations.size();
+    std::vector<Association> exchanged;
     std::vector<double> before, before_exchanged;
     for (std::size_t s = 0; s < old_accounts; ++s) {
-        Account& account = state.accounts[s];
-        drop_lost(account, event.time, models);
-        const auto pairs = possible_pairs(account, frame, group, models);
+        Association& association = state.associations[s];
+        drop_lost(association, event.time, models);
+        const auto pairs = possible_pairs(association, frame, group, models);
         const double alone = models.settings.like_gate + (group.many ? 0 : most_vague);
-        const std::vector<int> column_of = assign(static_cast<int>(account.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
+        const std::vector<int> column_of = assign(static_cast<int>(association.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
         if (!group.many) {
-            for (const auto& other : close_exchanges(account, column_of, pairs, alone)) {
-                Account alternative = account;
-                before_exchanged.push_back(account.log_weight);
+            for (const auto& other : close_exchanges(association, column_of, pairs, alone)) {
+                Association alternative = association;
+                before_exchanged.push_back(association.log_weight);
                 alternative.log_weight += take_assigned(alternative, other, frame, event, group, models);
                 exchanged.push_back(std::move(alternative));
             }
         }
-        before.push_back(account.log_weight);
-        account.log_weight += take_assigned(account, column_of, frame, event, group, models);
+        before.push_back(association.log_weight);
+        association.log_weight += take_assigned(association, column_of, frame, event, group, models);
     }
-    for (Account& account : exchanged) state.accounts.push_back(std::move(account));
+    for (Association& association : exchanged) state.associations.push_back(std::move(association));
     before.insert(before.end(), before_exchanged.begin(), before_exchanged.end());
     temper(state, before, event.time, models.settings);
     if (group.many) {
-        drop_doubles(state.accounts[0], models);
-        for (Track& track : state.accounts[0].tracks) {
+        drop_doubles(state.associations[0], models);
+        for (Track& track : state.associations[0].tracks) {
             if (track.number == 0 && track.sightings >= models.settings.confirmations) track.number = ++state.numbers_given;
         }
     } else {

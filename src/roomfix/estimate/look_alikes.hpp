@@ -5,7 +5,7 @@
 
 namespace roomfix {
 
-/// Takes one frame into every account; the tracks are at its time. Adds accounts where robots may have been mixed up, or where a new robot may
+/// Takes one frame into every association; the tracks are at its time. Adds associations where robots may have been mixed up, or where a new robot may
 /// be one of several.
 void take_frame(GroupState& state, const GroupSighting& frame, const Event& event, const Group& group, const TrackingModels& models);
 

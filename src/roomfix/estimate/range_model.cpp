@@ -14,11 +14,11 @@ constexpr double flat = 0.03;
 
 constexpr int all_beacons = -1;  // component of the bias that they have in common
 
-Surprise surprise_of(const LatePosterior& posterior) { return {posterior.log_evidence, posterior.on_time, posterior.nis, 1}; }
+Innovation surprise_of(const LatePosterior& posterior) { return {posterior.log_evidence, posterior.on_time, posterior.nis, 1}; }
 
 /// Updates at the belief's mean; where it bends, once more linearised at where that led.
 template <class Predict, class Measure>
-Surprise update_twice(Belief& belief, double distance, const Predict& predict, const Measure& measure) {
+Innovation update_twice(Belief& belief, double distance, const Predict& predict, const Measure& measure) {
     const auto once = [&](Belief& taken, const Pose2& at) {
         const Pose2 pose = taken.pose();
         const PredictedValue there = predict(taken, at);
@@ -129,7 +129,7 @@ PredictedValue predict_difference(const Belief& belief, const Pose2& at, const E
     return predicted;
 }
 
-Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
+Innovation update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source) {
     add_slow_states(belief, observation.beacon, source);
     const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_measured_range(taken, at, observation.beacon, beacon, source); };
     const double sigma = grown(source.factor * observation.sigma, source.stretch, observation.range);
@@ -137,8 +137,8 @@ Surprise update_range(Belief& belief, const RangeObservation& observation, const
     return update_twice(belief, observation.range, predict, measure);
 }
 
-Surprise update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
-                           const RangeSource& source) {
+Innovation update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                             const RangeSource& source) {
     const auto predict = [&](const Belief& taken, const Pose2& at) { return predict_difference(taken, at, first, second, source); };
     const Pose2 pose = belief.pose();
     const double nearest = std::min(predict_range(pose, source.receiver, first).range, predict_range(pose, source.receiver, second).range);

@@ -51,10 +51,10 @@ PredictedValue predict_difference(const Belief& belief, const Pose2& at, const E
                                   const RangeSource& source);
 
 /// Takes a range into the belief; linearised again where the robot is near the beacon.
-Surprise update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source);
+Innovation update_range(Belief& belief, const RangeObservation& observation, const Eigen::Vector3d& beacon, const RangeSource& source);
 
 /// Takes a range difference: distance to the second beacon minus distance to the first.
-Surprise update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
-                           const RangeSource& source);
+Innovation update_difference(Belief& belief, const RangeDifferenceObservation& observation, const Eigen::Vector3d& first, const Eigen::Vector3d& second,
+                             const RangeSource& source);
 
 }  // namespace roomfix

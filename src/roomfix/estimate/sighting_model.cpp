@@ -238,22 +238,22 @@ std::optional<int> likeliest_mark(const Belief& belief, const SightingObservatio
     return association.likeliest;
 }
 
-static void take_bearing(Belief& belief, const Linearised<2>& l, double belongs, Surprise& surprise) {
+static void take_bearing(Belief& belief, const Linearised<2>& l, double belongs, Innovation& innovation) {
     Linearised<1> bearing;
     bearing.residual[0] = l.residual[1];
     bearing.noise(0, 0) = l.noise(1, 1);
     for (std::size_t k = 0; k < l.states.size(); ++k) bearing.depends(l.states[k], Eigen::Matrix<double, 1, 1>(l.by_state(1, static_cast<Eigen::Index>(k))));
-    Doubt doubt;
-    doubt.gate = gate;
-    doubt.belongs = belongs;
-    const Surprise taken = update(belief, bearing, doubt);
-    surprise.right = std::min(surprise.right, taken.right);
-    surprise.nis += taken.nis;
-    surprise.dimensions += 1;
+    OutlierModel outliers;
+    outliers.gate = gate;
+    outliers.belongs = belongs;
+    const Innovation taken = update(belief, bearing, outliers);
+    innovation.right = std::min(innovation.right, taken.right);
+    innovation.nis += taken.nis;
+    innovation.dimensions += 1;
 }
 
 static void take_range(Belief& belief, const SightingObservation& seen, const Linearised<2>& l, double belongs, const DetectorSource& source,
-                       Surprise& surprise) {
+                       Innovation& innovation) {
     const double sigma = std::sqrt(l.noise(0, 0));
     const double predicted = *seen.range - l.residual[0];
     const Eigen::Matrix<double, 1, most_columns> by_state = l.by_state.row(0);
@@ -262,25 +262,25 @@ static void take_range(Belief& belief, const SightingObservation& seen, const Li
         posterior.value = blend(prior, posterior.value, belongs);
         return posterior;
     });
-    surprise.right = std::min(surprise.right, belongs * taken.on_time);
-    surprise.nis += taken.nis;
-    surprise.dimensions += 1;
+    innovation.right = std::min(innovation.right, belongs * taken.on_time);
+    innovation.nis += taken.nis;
+    innovation.dimensions += 1;
 }
 
-std::optional<Surprise> update_sighting(Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
-                                        double outliers) {
+std::optional<Innovation> update_sighting(Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
+                                          double outliers) {
     constexpr double hardly = 0.02;  // such a weight moves nothing
     if (rows_of(seen) == 0) return std::nullopt;
     const Association association = associate(belief, seen, marks, source, outliers);
-    Surprise surprise{association.log_evidence, 0, 0, 0};
-    if (association.likeliest < 0 || association.weight < hardly) return surprise;
+    Innovation innovation{association.log_evidence, 0, 0, 0};
+    if (association.likeliest < 0 || association.weight < hardly) return innovation;
     const int landmark = association.likeliest;
     const Mark& mark = marks[static_cast<std::size_t>(landmark)];
     add_slow_states(belief, seen, landmark, source);
-    surprise.right = 1;
-    if (seen.bearing) take_bearing(belief, linearise_sighting(belief, seen, landmark, mark, source), association.weight, surprise);
-    if (seen.range) take_range(belief, seen, linearise_sighting(belief, seen, landmark, mark, source), association.weight, source, surprise);
-    return surprise;
+    innovation.right = 1;
+    if (seen.bearing) take_bearing(belief, linearise_sighting(belief, seen, landmark, mark, source), association.weight, innovation);
+    if (seen.range) take_range(belief, seen, linearise_sighting(belief, seen, landmark, mark, source), association.weight, source, innovation);
+    return innovation;
 }
 
 }  // namespace roomfix

@@ -60,7 +60,7 @@ std::optional<int> likeliest_mark(const Belief& belief, const SightingObservatio
 
 /// Takes a sighting into the belief. Where several landmarks may be the one, the likeliest is taken with the probability that it is (as in probabilistic data
 /// association). `outliers`: part of the sightings that are no landmark at all. Nothing where there is no landmark.
-std::optional<Surprise> update_sighting(Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
-                                        double outliers);
+std::optional<Innovation> update_sighting(Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
+                                          double outliers);
 
 }  // namespace roomfix

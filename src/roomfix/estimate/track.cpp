@@ -28,13 +28,13 @@ constexpr std::size_t enough_heard = 20;
 constexpr std::size_t kept_heard = 60;
 constexpr std::size_t kept_before_start = 400;
 
-Doubt doubt_of(int dimensions, const TrackerSettings& settings) {
+OutlierModel outlier_model(int dimensions, const TrackerSettings& settings) {
     const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
     return {settings.outliers, settings.gate + 2 * dimensions, -std::log(spread)};
 }
 
-/// Doubt about pixels or angles: any value within a range of that many units each.
-Doubt doubt_over(int dimensions, double range, const TrackerSettings& settings) {
+/// Of pixels or angles: an outlier may have any value within a range of that many units each.
+OutlierModel outlier_model_over(int dimensions, double range, const TrackerSettings& settings) {
     return {settings.outliers, settings.gate + 2 * dimensions, -dimensions * std::log(range)};
 }
 
@@ -45,14 +45,14 @@ bool confirmed_otherwise(const Track& track, int source) {
                        [&](const SourceHealth& s) { return s.source != source && to_seconds(track.time - s.seen) < confirmed_within; });
 }
 
-void judge(SourceHealth& health, Nanoseconds time, const Surprise& surprise, double distance, bool judgeable, const TrackerSettings& settings) {
-    health.nis = surprise.nis;
-    health.dimensions = surprise.dimensions;
+void judge(SourceHealth& health, Nanoseconds time, const Innovation& innovation, double distance, bool judgeable, const TrackerSettings& settings) {
+    health.nis = innovation.nis;
+    health.dimensions = innovation.dimensions;
     const double since = health.judged_at == never ? 0.1 : to_seconds(time - health.judged_at);
     health.judged_at = time;
     if (!judgeable) return;
     const double share = 1 - std::exp(-std::min(since, longest_judged) / memory_of_health);
-    health.right += share * (surprise.right - health.right);
+    health.right += share * (innovation.right - health.right);
     health.distance += share * (distance - health.distance);
     ++health.judged;
     if (!health.quarantined && health.judged >= settings.quarantine_after && health.right < settings.quarantine_below) health.quarantined = true;
@@ -123,7 +123,7 @@ double mixed(const RobotBelief& belief, const std::vector<double>& evidence) {
     return most + std::log(std::max(sum, 1e-300));
 }
 
-/// Updates every hypothesis by `update_one(belief)` -> optional<Surprise>, weighs them, and judges the source.
+/// Updates every hypothesis by `update_one(belief)` -> optional<Innovation>, weighs them, and judges the source.
 template <class UpdateOne>
 double take_with(Track& track, int source, const std::vector<PlaceProposal>& proposals, const TrackingModels& models, const UpdateOne& update_one,
                  double* right = nullptr) {
@@ -132,23 +132,23 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
     SourceHealth& health = health_of(track, source);
     thread_local std::vector<double> evidence;
     evidence.clear();
-    Surprise best;
+    Innovation best;
     double distance = 0;
     // Where nobody knows better, even a source in quarantine is better than none.
     const bool quarantined = health.quarantined && track.belief.best().place_sigma() < models.site.lost;
     for (std::size_t i = 0; i < track.belief.hypotheses.size(); ++i) {
         Belief& belief = track.belief.hypotheses[i].belief;
-        std::optional<Surprise> surprise;
+        std::optional<Innovation> innovation;
         if (quarantined) {
             Belief tried = belief;
-            surprise = update_one(tried);
+            innovation = update_one(tried);
         } else {
-            surprise = update_one(belief);
+            innovation = update_one(belief);
         }
-        if (!surprise) surprise = Surprise{-30, 0, 0, 0};
-        evidence.push_back(surprise->log_evidence);
+        if (!innovation) innovation = Innovation{-30, 0, 0, 0};
+        evidence.push_back(innovation->log_evidence);
         if (i == 0) {
-            best = *surprise;
+            best = *innovation;
             distance = proposals.empty() ? 0 : std::hypot(proposals[0].pose.x - belief.mean[0], proposals[0].pose.y - belief.mean[1]);
         }
     }
@@ -169,27 +169,27 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
 }
 
 /// The landmark that an observation most likely shows, seen from a belief.
-std::optional<Surprise> take_landmarks(Belief& belief, const LandmarkSighting& seen, int source, const TrackingModels& models) {
+std::optional<Innovation> take_landmarks(Belief& belief, const LandmarkSighting& seen, int source, const TrackingModels& models) {
     const OnboardSource& camera = models.onboard.at(source);
-    std::optional<Surprise> total;
+    std::optional<Innovation> total;
     for (const LandmarkObservation& observation : seen.landmarks) {
         const Belief before = belief;
         std::optional<Belief> best_belief;
-        Surprise best;
+        Innovation best;
         best.log_evidence = -std::numeric_limits<double>::infinity();
         for (const int shape : observation.shapes) {
             for (const int landmark : models.shapes[static_cast<std::size_t>(shape)].landmarks) {
-                const Doubt doubt = doubt_over(2 * static_cast<int>(observation.points.size()), 100, models.settings);
+                const OutlierModel outliers = outlier_model_over(2 * static_cast<int>(observation.points.size()), 100, models.settings);
                 Belief tried = before;
-                const auto surprise = update_landmark(tried, observation, models.landmark(landmark), camera, doubt);
-                if (!surprise || surprise->log_evidence <= best.log_evidence) continue;
-                best = *surprise;
+                const auto innovation = update_landmark(tried, observation, models.landmark(landmark), camera, outliers);
+                if (!innovation || innovation->log_evidence <= best.log_evidence) continue;
+                best = *innovation;
                 best_belief = tried;
             }
         }
         if (!best_belief) best = {-30, 0, 0, 0};
         if (best_belief) belief = *best_belief;
-        if (!total) total = Surprise{0, 0, 0, 0};
+        if (!total) total = Innovation{0, 0, 0, 0};
         total->log_evidence += best.log_evidence;
         total->right = std::max(total->right, best.right);
         total->nis += best.right > 0.05 ? best.nis : 0;
@@ -199,10 +199,10 @@ std::optional<Surprise> take_landmarks(Belief& belief, const LandmarkSighting& s
 }
 
 /// The corner that an observation most likely shows, seen from a belief; the picture's readings exclude each other.
-std::optional<Surprise> take_corners(Belief& belief, const CornerSighting& seen, int source, const TrackingModels& models) {
+std::optional<Innovation> take_corners(Belief& belief, const CornerSighting& seen, int source, const TrackingModels& models) {
     const OnboardSource& camera = models.onboard.at(source);
     const Belief before = belief;
-    std::optional<Surprise> best;
+    std::optional<Innovation> best;
     for (const CornerObservation& observation : seen.corners) {
         for (std::size_t k = 0; k < models.site.corners.size(); ++k) {
             const SiteCorner& corner = models.site.corners[k];
@@ -211,12 +211,12 @@ std::optional<Surprise> take_corners(Belief& belief, const CornerSighting& seen,
             if (!(distance > corner.moulding.value_or(0))) continue;
             for (const CornerReading& reading : readings_of(observation, corner.moulding, distance)) {
                 Belief tried = before;
-                const Doubt doubt{models.settings.outliers, models.settings.gate + 10, -std::log(8 * std::numbers::pi * std::numbers::pi * 25)};
-                auto surprise = update_corner(tried, reading.seen, corner, static_cast<int>(k), camera, doubt);
-                if (!surprise) continue;
-                surprise->log_evidence += std::log(std::max(observation.weight * reading.weight, 1e-6));
-                if (best && surprise->log_evidence <= best->log_evidence) continue;
-                best = surprise;
+                const OutlierModel outliers{models.settings.outliers, models.settings.gate + 10, -std::log(8 * std::numbers::pi * std::numbers::pi * 25)};
+                auto innovation = update_corner(tried, reading.seen, corner, static_cast<int>(k), camera, outliers);
+                if (!innovation) continue;
+                innovation->log_evidence += std::log(std::max(observation.weight * reading.weight, 1e-6));
+                if (best && innovation->log_evidence <= best->log_evidence) continue;
+                best = innovation;
                 belief = tried;
             }
         }
@@ -358,14 +358,14 @@ void doubt_the_front(Track& track, const PoseObservation& observation, const Tra
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain) {
     doubt_the_front(track, observation, models);
     const PoseSource& errors = models.fixed.at(source);
-    Doubt doubt = doubt_of(observation.yaw_known ? 3 : 2, models.settings);
-    if (certain) doubt.gate = std::numeric_limits<double>::infinity();
+    OutlierModel outliers = outlier_model(observation.yaw_known ? 3 : 2, models.settings);
+    if (certain) outliers.gate = std::numeric_limits<double>::infinity();
     thread_local std::vector<PlaceProposal> places;
     list_places(observation, places);
-    return take_with(track, source, places, models, [&](Belief& belief) -> std::optional<Surprise> {
+    return take_with(track, source, places, models, [&](Belief& belief) -> std::optional<Innovation> {
         add_slow_states(belief, observation, errors);
-        if (!observation.yaw_known) return update(belief, linearise_place(belief, observation, errors), doubt);
-        return update(belief, linearise_pose(belief, observation, errors), doubt);
+        if (!observation.yaw_known) return update(belief, linearise_place(belief, observation, errors), outliers);
+        return update(belief, linearise_pose(belief, observation, errors), outliers);
     });
 }
 
@@ -504,7 +504,7 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             const SiteRobot& robot = models.site.robots[static_cast<std::size_t>(s.robot)];
             return fuse_with(s.proposals, [&](Belief& b) {
                 add_slow_states(b, camera);
-                return iterated_update<8>(b, doubt_over(8, 100, models.settings),
+                return iterated_update<8>(b, outlier_model_over(8, 100, models.settings),
                                           [&](const Belief& at) { return linearise_tag(at, s.corners, view, robot, camera); });
             });
         }
@@ -518,14 +518,14 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             if (!hear(track, o, models)) return 0;
             const auto& beacon = models.site.beacons[static_cast<std::size_t>(o.beacon)].position;
             const RangeSource source = learned(models.receiver(track.robot, o.receiver), track.noise.receiver);
-            return by_own_sense([&](Belief& b) -> std::optional<Surprise> { return update_range(b, o, beacon, source); });
+            return by_own_sense([&](Belief& b) -> std::optional<Innovation> { return update_range(b, o, beacon, source); });
         }
         double operator()(const RangeDifferenceObservation& o) const {
             if (!hear(track, o, models)) return 0;
             const auto& first = models.site.beacons[static_cast<std::size_t>(o.beacons[0])].position;
             const auto& second = models.site.beacons[static_cast<std::size_t>(o.beacons[1])].position;
             const RangeSource source = learned(models.receiver(track.robot, o.receiver), track.noise.receiver);
-            return by_own_sense([&](Belief& b) -> std::optional<Surprise> { return update_difference(b, o, first, second, source); });
+            return by_own_sense([&](Belief& b) -> std::optional<Innovation> { return update_difference(b, o, first, second, source); });
         }
         double operator()(const SightingObservation& o) const {
             if (!hear(track, o, models)) return 0;

@@ -122,7 +122,7 @@ void Tracker::learn(std::size_t group, const Event& event) {
     const int robot = groups_[group].robots.front();
     const auto r = static_cast<std::size_t>(robot);
     if (models_.site.robots[r].receivers.empty() && !models_.site.robots[r].detector && models_.driven[r].empty()) return;
-    const Track& now = buffers_[group].newest().accounts.front().tracks.front();
+    const Track& now = buffers_[group].newest().associations.front().tracks.front();
     if (!now.alive() || now.searched == never) return;  // cameras found it: what its senses state of themselves is believed
     NoiseLearner& learner = learners_[group];
     if (!learner.follows(now)) return learner.begin(now);
@@ -131,14 +131,14 @@ void Tracker::learn(std::size_t group, const Event& event) {
     if (!learner.due(until)) return;
     const Track learned = learner.learn(until, models_);
     buffers_[group].restart(
-        until, [&](GroupState& state) { state.accounts.front().tracks.front() = learned; },
+        until, [&](GroupState& state) { state.associations.front().tracks.front() = learned; },
         [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
 }
 
 TrackingModels Tracker::learned_models() const {
     TrackingModels models = models_;
     for (const Buffer& buffer : buffers_) {
-        for (const Track& track : buffer.newest().accounts.front().tracks) {
+        for (const Track& track : buffer.newest().associations.front().tracks) {
             if (!track.named) continue;
             models.learn(track.robot, track.noise);
             if (track.searched != never) doubt_wheels(models.odometry[static_cast<std::size_t>(track.robot)]);
@@ -151,7 +151,7 @@ std::string Tracker::why_not_found(int robot) const {
     const Track* found = track(robot);
     if (found != nullptr) return "";
     const auto group = group_of(robot);
-    for (const Track& one : buffers_[group].newest().accounts.front().tracks) {
+    for (const Track& one : buffers_[group].newest().associations.front().tracks) {
         if (one.robot == robot && !one.alive()) return roomfix::why_not_found(one, models_);
     }
     return "it was not seen";
@@ -175,7 +175,7 @@ bool Tracker::taken_by_another(Nanoseconds time, const PoseObservation& o) const
     return false;
 }
 
-void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots) {
+void Tracker::observe(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots) {
     if (!plausible_time(time)) return;
     const int source = models_.source(camera);
     std::vector<GroupSighting> sightings(groups_.size());
@@ -200,7 +200,7 @@ void Tracker::see(Nanoseconds time, const std::string& camera, std::span<const P
     }
 }
 
-void Tracker::see(Nanoseconds time, const std::string& camera, const TagSighting& sighting) {
+void Tracker::observe(Nanoseconds time, const std::string& camera, const TagSighting& sighting) {
     const int source = models_.source(camera);
     const bool known = knows_robot(sighting.robot) && models_.views.contains(source) && models_.site.robots[static_cast<std::size_t>(sighting.robot)].tag;
     if (!known || sighting.corners.size() != 4 || !usable(sighting.corners) || !all_usable(sighting.proposals)) {
@@ -211,18 +211,22 @@ void Tracker::see(Nanoseconds time, const std::string& camera, const TagSighting
 }
 
 template <class Sighting, class Seen>
-void Tracker::see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen) {
+void Tracker::observe_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen) {
     const int source = models_.source(camera);
     const bool good = knows_robot(sighting.robot) && models_.onboard.contains(source) && all_usable(sighting.proposals) && all_usable(seen);
     if (!good) ++counts_.impossible;
     if (good && !seen.empty() && plausible_time(time)) add(group_of(sighting.robot), {time, source, 0, sighting});
 }
 
-void Tracker::see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting) { see_onboard(time, camera, sighting, sighting.landmarks); }
+void Tracker::observe(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting) {
+    observe_onboard(time, camera, sighting, sighting.landmarks);
+}
 
-void Tracker::see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting) { see_onboard(time, camera, sighting, sighting.corners); }
+void Tracker::observe(Nanoseconds time, const std::string& camera, const CornerSighting& sighting) {
+    observe_onboard(time, camera, sighting, sighting.corners);
+}
 
-void Tracker::hear(const RangeObservation& range) {
+void Tracker::observe(const RangeObservation& range) {
     if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !is_sigma(range.sigma) || !(range.range < farthest) || range.range < 0) {
         ++counts_.impossible;
         return;
@@ -232,7 +236,7 @@ void Tracker::hear(const RangeObservation& range) {
             {range.time, models_.range_source, 1 + range.beacon + range.receiver * static_cast<int>(models_.site.beacons.size()), range});
 }
 
-void Tracker::hear(const RangeDifferenceObservation& difference) {
+void Tracker::observe(const RangeDifferenceObservation& difference) {
     const auto [a, b] = difference.beacons;
     if (!knows_robot(difference.robot) || !knows_beacon(a) || !knows_beacon(b) || a == b || !is_sigma(difference.sigma) ||
         !(std::abs(difference.difference) < farthest)) {
@@ -243,7 +247,7 @@ void Tracker::hear(const RangeDifferenceObservation& difference) {
     if (plausible_time(difference.time)) add(group_of(difference.robot), {difference.time, models_.range_source, key, difference});
 }
 
-void Tracker::detect(const SightingObservation& sighting) {
+void Tracker::observe(const SightingObservation& sighting) {
     const auto landmarks = static_cast<int>(models_.site.landmarks.size());
     const bool range = !sighting.range || (*sighting.range > 0 && *sighting.range < farthest && is_sigma(sighting.range_sigma));
     const bool bearing = !sighting.bearing || (std::abs(*sighting.bearing) < 10 && is_sigma(sighting.bearing_sigma));
@@ -257,7 +261,7 @@ void Tracker::detect(const SightingObservation& sighting) {
     add(group_of(sighting.robot), {sighting.time, models_.sighting_source, sighting.landmark >= 0 ? sighting.landmark : landmarks + std::abs(what), sighting});
 }
 
-void Tracker::drive(const OdometryObservation& odometry) {
+void Tracker::observe(const OdometryObservation& odometry) {
     if (!knows_robot(odometry.robot) || !is_place(odometry.pose)) {
         ++counts_.impossible;
         return;
@@ -277,7 +281,7 @@ void Tracker::drive(const OdometryObservation& odometry) {
     if (history_) history_->driven[static_cast<std::size_t>(odometry.robot)].add(odometry.time, odometry.pose);
     const std::size_t group = group_of(odometry.robot);
     // Where the robot moves later than its wheels say, or sooner.
-    const double delay = groups_[group].alone() && !buffers_[group].empty() ? buffers_[group].newest().accounts.front().tracks.front().noise.delay : 0;
+    const double delay = groups_[group].alone() && !buffers_[group].empty() ? buffers_[group].newest().associations.front().tracks.front().noise.delay : 0;
     buffers_[group].redo_after(*changed + from_seconds(delay), [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); });
     if (!buffers_[group].empty() && odometry.time - buffers_[group].newest_time() > longest_silence) {
         add(group, {odometry.time, models_.wheel_source, odometry.robot, TimePassed{odometry.robot}});
@@ -290,7 +294,7 @@ Nanoseconds Tracker::needed_from(std::size_t group) const {
     constexpr Nanoseconds longest_start = 120'000'000'000;  // ns that a robot may hear before it is found
     constexpr Nanoseconds longest_delay = 2'000'000'000;    // ns by which a robot may move later than its wheels say
     if (buffers_[group].empty()) return *newest_ - 4 * models_.settings.lag;
-    const auto& tracks = buffers_[group].newest().accounts.front().tracks;
+    const auto& tracks = buffers_[group].newest().associations.front().tracks;
     Nanoseconds needed = buffers_[group].reach();
     if (groups_[group].alone() && !tracks.front().alive()) needed = std::min(needed, *newest_ - longest_start);
     if (groups_[group].alone() && learners_[group].follows(tracks.front())) needed = std::min(needed, learners_[group].reach());
@@ -312,7 +316,7 @@ void Tracker::keep_history() {
 
 const Track* Tracker::track(int robot) const {
     if (!knows_robot(robot)) return nullptr;
-    for (const Track& track : buffers_[group_of(robot)].newest().accounts.front().tracks) {
+    for (const Track& track : buffers_[group_of(robot)].newest().associations.front().tracks) {
         if (track.is(robot) && track.alive()) return &track;
     }
     return nullptr;
@@ -359,7 +363,7 @@ std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
 bool Tracker::right_for_another(int robot, int source, Nanoseconds time) const {
     constexpr double lately = 10;  // s
     for (const Buffer& buffer : buffers_) {
-        for (const Track& track : buffer.newest().accounts.front().tracks) {
+        for (const Track& track : buffer.newest().associations.front().tracks) {
             for (const SourceHealth& health : track.sources) {
                 const bool same = health.source == source && track.robot != robot && !health.quarantined;
                 if (same && health.judged > 0 && health.right > models_.settings.readmit_above && to_seconds(time - health.judged_at) < lately) return true;
@@ -372,7 +376,7 @@ bool Tracker::right_for_another(int robot, int source, Nanoseconds time) const {
 std::vector<Quarantine> Tracker::quarantines() const {
     std::vector<Quarantine> all;
     for (const Buffer& buffer : buffers_) {
-        for (const Track& track : buffer.newest().accounts.front().tracks) {
+        for (const Track& track : buffer.newest().associations.front().tracks) {
             for (const SourceHealth& source : track.sources) {
                 if (!source.quarantined) continue;
                 all.push_back({models_.site.robots[static_cast<std::size_t>(track.robot)].id, models_.source_name(source.source), source.distance,

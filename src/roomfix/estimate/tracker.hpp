@@ -48,16 +48,16 @@ public:
     explicit Tracker(const Site& site, const TrackerSettings& settings = {});
 
     /// One frame of a fixed camera: all robots in it, none of them twice. An empty one counts, too.
-    void see(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots);
+    void observe(Nanoseconds time, const std::string& camera, std::span<const PoseObservation> robots);
     /// The tag of one robot in one frame of a fixed camera.
-    void see(Nanoseconds time, const std::string& camera, const TagSighting& sighting);
+    void observe(Nanoseconds time, const std::string& camera, const TagSighting& sighting);
     /// Landmarks or corners in one frame of a camera on a robot of the site, with the places that the frame alone allows.
-    void see(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting);
-    void see(Nanoseconds time, const std::string& camera, const CornerSighting& sighting);
-    void hear(const RangeObservation& range);
-    void hear(const RangeDifferenceObservation& difference);
-    void detect(const SightingObservation& sighting);
-    void drive(const OdometryObservation& odometry);
+    void observe(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting);
+    void observe(Nanoseconds time, const std::string& camera, const CornerSighting& sighting);
+    void observe(const RangeObservation& range);
+    void observe(const RangeDifferenceObservation& difference);
+    void observe(const SightingObservation& sighting);
+    void observe(const OdometryObservation& odometry);
     /// Where a robot may be, found from several observations together: tracking starts or recovers there.
     void propose(Nanoseconds time, const std::string& source, const PlaceSighting& places);
 
@@ -95,7 +95,7 @@ private:
     bool right_for_another(int robot, int source, Nanoseconds time) const;
     bool taken_by_another(Nanoseconds time, const PoseObservation& o) const;
     template <class Sighting, class Seen>
-    void see_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen);
+    void observe_onboard(Nanoseconds time, const std::string& camera, const Sighting& sighting, const std::vector<Seen>& seen);
     void add(std::size_t group, const Event& event);
     void learn(std::size_t group, const Event& event);
     Nanoseconds needed_from(std::size_t group) const;

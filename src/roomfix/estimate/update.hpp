@@ -36,7 +36,7 @@ struct Linearised {
 };
 
 /// How a measurement may be something else than what it seems.
-struct Doubt {
+struct OutlierModel {
     double share = 0.01;       // of the measurements that are wrong altogether
     double gate = 16;          // squared Mahalanobis distance at which right and wrong are equally likely; infinity: never wrong
     double log_density = -10;  // of a wrong one over all measurements, to weigh hypotheses
@@ -44,7 +44,7 @@ struct Doubt {
 };
 
 /// What an update did.
-struct Surprise {
+struct Innovation {
     double log_evidence = 0;  // log density of the measurement
     double right = 1;         // probability that it was what it seemed, 0..1
     double nis = 0;           // normalised innovation squared
@@ -54,7 +54,7 @@ struct Surprise {
 /// Mean and covariance over "right" and "wrong" (as in probabilistic data association): the covariance in Joseph's form for the
 /// right part, larger where it is doubtful. Without effect, right = 0, where the innovation's covariance is not positive definite.
 template <int Rows>
-Surprise update(Belief& belief, const Linearised<Rows>& measured, const Doubt& doubt);  // Rows: 1, 2, 3, 5, 6 or 8
+Innovation update(Belief& belief, const Linearised<Rows>& measured, const OutlierModel& outliers);  // Rows: 1, 2, 3, 5, 6 or 8
 
 /// One number whose distribution is not normal: `measure` turns what is believed of the predicted value into what is believed of it
 /// afterwards. The state follows by its correlation with it.

@@ -67,7 +67,7 @@ std::array<WheelSimulator, 2> wheels_of(const std::array<Passage, 2>& ways, Rand
 }
 
 void tell_wheels(Tracker& tracker, int robot, const std::vector<WheelPose>& poses) {
-    for (const WheelPose& p : poses) tracker.drive({from_seconds(p.time), robot, p.pose});
+    for (const WheelPose& p : poses) tracker.observe({from_seconds(p.time), robot, p.pose});
 }
 
 Fix named_fix(const std::vector<Fix>& fixes, const std::string& robot) {

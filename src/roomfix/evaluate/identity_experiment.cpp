@@ -36,7 +36,7 @@ void cross(bool odometry, std::uint64_t seed, CrossingResult& result) {
         first.like_turns = 1;
         first.pose.yaw = ways[static_cast<std::size_t>(r)].at(0).yaw;
         first.identified = true;
-        tracker.see(from_seconds(0.0), r == 0 ? "door 1" : "door 2", {&first, 1});
+        tracker.observe(from_seconds(0.0), r == 0 ? "door 1" : "door 2", {&first, 1});
     }
     constexpr double end = 8;
     bool doubtful = false;
@@ -51,7 +51,7 @@ void cross(bool odometry, std::uint64_t seed, CrossingResult& result) {
             frame.push_back(observed(now[static_cast<std::size_t>(r)], overlap ? 0.04 : 0.01, overlap ? 0.1 : 0.02, 0, random));
         }
         if (random.uniform() < 0.5) std::reverse(frame.begin(), frame.end());
-        tracker.see(from_seconds(t), "hall", frame);
+        tracker.observe(from_seconds(t), "hall", frame);
         doubtful = doubtful || (t > ways[0].meet + 0.5 && in_doubt(tracker, t));
     }
     judge_crossing(tracker, ways, end - 0.1, doubtful, result);
@@ -131,12 +131,12 @@ bool wake_among_corners(std::uint64_t seed, bool& at_once) {
             seen.view.corner_from_camera =
                 exponential_rotation({random.normal(sigma), random.normal(sigma), random.normal(sigma)}) * corner_from_map * map_from_camera.linear();
             seen.view.place = at.head<2>() / -at.z() + normal2(random, sigma);
-            tracker.see(from_seconds(t), "eye", CornerSighting{0, {seen}, places_at_corners(site, seen, mount.robot_from_camera.pose)});
+            tracker.observe(from_seconds(t), "eye", CornerSighting{0, {seen}, places_at_corners(site, seen, mount.robot_from_camera.pose)});
             break;
         }
         double range = (map_from_robot(truth(t)) * receiver.position - beacon.position).norm() + random.normal(receiver.sigma);
         if (random.uniform() < late.share) range -= late.mean * std::log(random.uniform());
-        if (i % 2 == 0) tracker.hear(RangeObservation{from_seconds(t), 0, 0, range, receiver.sigma});
+        if (i % 2 == 0) tracker.observe(RangeObservation{from_seconds(t), 0, 0, range, receiver.sigma});
         const auto right = [&] {
             const Track* track = tracker.track(0);
             return track && std::hypot(track->belief.best().mean[0] - truth(t).x, track->belief.best().mean[1] - truth(t).y) < 0.3;
@@ -191,7 +191,7 @@ KidnappingResult simulate_kidnappings(int runs, std::uint64_t seed) {
             if (t > carried && t < seen_again) continue;
             const Pose2& now = t < carried ? from : to;
             const PoseObservation o = observed(now, 0.015, 0.03, 0, random);
-            tracker.see(from_seconds(t), "hall", {&o, 1});
+            tracker.observe(from_seconds(t), "hall", {&o, 1});
             const Fix fix = named_fix(tracker.fixes(from_seconds(t)), "r1");
             if (found < 0 && t >= seen_again && fix.status == FixStatus::ok && distance(fix, to) < 0.1) found = t - seen_again;
         }

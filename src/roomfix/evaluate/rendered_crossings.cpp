@@ -3,8 +3,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/base/random_vector.hpp"
+#include "roomfix/base/worker_pool.hpp"
 #include "roomfix/evaluate/crossing.hpp"
 #include "roomfix/geometry/convex_hull.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
@@ -108,7 +108,7 @@ OneCrossing cross(bool odometry, std::uint64_t seed) {
         first.pose = ways[static_cast<std::size_t>(r)].at(0);
         first.covariance = Eigen::Vector3d(1e-4, 1e-4, 4e-4).asDiagonal();
         first.identified = true;
-        tracker.see(from_seconds(0.0), r == 0 ? "door 1" : "door 2", {&first, 1});
+        tracker.observe(from_seconds(0.0), r == 0 ? "door 1" : "door 2", {&first, 1});
     }
     bool doubtful = false;
     OverheadResult seen;
@@ -123,7 +123,7 @@ OneCrossing cross(bool odometry, std::uint64_t seed) {
         }
         renderer.render(solids, light_at(t, light), static_cast<std::uint64_t>(i), frame);
         observer.observe(frame, seen);
-        tracker.see(from_seconds(t), camera.id, poses_of(seen.observations));
+        tracker.observe(from_seconds(t), camera.id, poses_of(seen.observations));
         one.hidden = std::max(one.hidden, hidden_part(hall.view, ways[0].at(t), ways[1].at(t)));
         doubtful = doubtful || (t > ways[0].meet + 0.5 && in_doubt(tracker, t));
     }

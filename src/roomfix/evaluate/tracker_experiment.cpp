@@ -148,7 +148,7 @@ private:
             wheels_ = {wheels_.x + step.x(), wheels_.y + step.y(), wheels_.yaw + turned};
         }
         rolled_until_ = t;
-        tracker_.drive({from_seconds(t), 0, wheels_});
+        tracker_.observe({from_seconds(t), 0, wheels_});
         models_.driven[0].add(from_seconds(t), wheels_);
         // Steps that end here are known only now: samples belong to these moments.
         sample(t);
@@ -175,7 +175,7 @@ private:
         seen.covariance = by_camera * view.map_from_camera.covariance * by_camera.transpose() + noise;
         const Eigen::Vector3d error = by_camera * error_[static_cast<std::size_t>(c)] + drawn<3>(noise, random_);
         seen.pose = {at.x + error.x(), at.y + error.y(), wrap_angle(at.yaw + error.z())};
-        tracker_.see(from_seconds(t), camera.id, {&seen, 1});
+        tracker_.observe(from_seconds(t), camera.id, {&seen, 1});
 
         learn_for_bound({from_seconds(t), models_.source(camera.id), seen}, seen.covariance);
     }
@@ -225,7 +225,7 @@ private:
         }
         if (sighting.landmarks.empty()) return;
         sighting.proposals.push_back(place_near(t, 0.03, 0.03));
-        tracker_.see(from_seconds(t), camera.id, sighting);
+        tracker_.observe(from_seconds(t), camera.id, sighting);
 
         for (std::size_t k = 0; k < which.size(); ++k) {
             const SeenLandmark seen{sighting.landmarks[k], static_cast<int>(which[k])};
@@ -255,7 +255,7 @@ private:
             CornerSighting sighting;
             sighting.corners.push_back(seen);
             sighting.proposals.push_back(place_near(t, 0.05, 0.03));
-            tracker_.see(from_seconds(t), camera.id, sighting);
+            tracker_.observe(from_seconds(t), camera.id, sighting);
 
             learn_for_bound({from_seconds(t), models_.source(camera.id), SeenCorner{seen, static_cast<int>(i)}}, sighting.proposals[0].covariance);
             return;
@@ -280,7 +280,7 @@ private:
             bound_.start(from_seconds(t), spread);
         }
         const RangeObservation heard{from_seconds(t), 0, b, range, receiver.sigma};
-        tracker_.hear(heard);
+        tracker_.observe(heard);
         if (!bound_.started()) return;
         bound_.predict_to(heard.time, models_.driven[0]);
         bound_.learn({heard.time, models_.range_source, heard});

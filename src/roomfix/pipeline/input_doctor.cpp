@@ -103,21 +103,21 @@ struct Teller {
 
     void operator()(const OdometryObservation& o) {
         tracker.go_on(o.time);
-        tracker.drive(o);
+        tracker.observe(o);
     }
     void operator()(const RangeObservation& o) {
         count(o);
-        tracker.hear(o);
+        tracker.observe(o);
         const Track* track = tracker.track(robot);
         if (track != nullptr && track->belief.best_weight() > 0.9) result.way.heard.push_back({o, track->belief.best().pose()});
     }
     void operator()(const RangeDifferenceObservation& o) {
         count(o);
-        tracker.hear(o);
+        tracker.observe(o);
     }
     void operator()(const SightingObservation& o) {
         count(o);
-        tracker.detect(o);
+        tracker.observe(o);
     }
 
 private:

@@ -96,7 +96,7 @@ Result<void> SiteTracker::Impl::process_round(const std::vector<CameraFrame>& fr
     if (!joint.robots.empty()) {
         const std::lock_guard lock(mutex_);
         const double before = wall_clock();
-        tracker_.see(frames.back().time, joint.source, joint.robots);
+        tracker_.observe(frames.back().time, joint.source, joint.robots);
         times_.add(Stage::track, wall_clock() - before);
         make_due(frames.back().time, joint.source, looks.back() ? looks.back()->parts : LatencyParts());
     }
@@ -257,12 +257,12 @@ void SiteTracker::Impl::process(const RangeBatch& batch) {
         const std::lock_guard lock(mutex_);
         note_problems(batch.problems);
         for (const RangeDifferenceObservation& difference : batch.differences) {
-            tracker_.hear(difference);
+            tracker_.observe(difference);
             make_due(difference.time, range_source_name);
         }
         for (const RangeObservation& range : batch.ranges) {
             receivers_.keep(range);
-            tracker_.hear(range);
+            tracker_.observe(range);
             make_due(range.time, range_source_name);
         }
     }
@@ -274,7 +274,7 @@ void SiteTracker::Impl::process(const SightingBatch& batch) {
         const std::lock_guard lock(mutex_);
         note_problems(batch.problems);
         for (const SightingObservation& sighting : batch.sightings) {
-            tracker_.detect(sighting);
+            tracker_.observe(sighting);
             make_due(sighting.time, sighting_source_name);
         }
     }
@@ -286,7 +286,7 @@ void SiteTracker::Impl::process(const OdometryBatch& batch) {
         const std::lock_guard lock(mutex_);
         note_problems(batch.problems);
         for (const OdometryObservation& pose : batch.poses) {
-            tracker_.drive(pose);
+            tracker_.observe(pose);
             if (!wheels_give_fix(pose.robot, pose.time)) continue;
             const std::string& driven = site_.robots[static_cast<std::size_t>(pose.robot)].id;
             delivery_.make_due(pose.time, tracker_.fixes(pose.time), [&](const Fix& fix) { return fix.robot == driven; }, {});

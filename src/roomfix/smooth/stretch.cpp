@@ -125,19 +125,19 @@ private:
         const Nanoseconds time = trajectory_.times[k];
         double* a = trajectory_.knots[k].data();
         double* b = trajectory_.knots[k + 1].data();
-        auto* doubt = new DoubtLoss(widening_ * motion_gate, carried_weight);
+        auto* loss = new OutlierLoss(widening_ * motion_gate, carried_weight);
         const OdometryNoise& noise = task_.models.wheels[robot];
         const Nanoseconds delay = from_seconds(noise.delay);
         const auto step = task_.history.driven[robot].step(time - delay, trajectory_.times[k + 1] - delay);
         if (!step) {
-            problem_.AddResidualBlock(momentum_term(trajectory_.seconds_after(k), task_.models.motion[robot]).release(), doubt, a, b);
+            problem_.AddResidualBlock(momentum_term(trajectory_.seconds_after(k), task_.models.motion[robot]).release(), loss, a, b);
             return;
         }
         const OdometryPrior& prior = task_.models.odometry[robot];
         double* scale = slow_.walking(state_scale, prior.scale_sigma, noise.scale_walk, time);
         double* turn_scale = slow_.walking(state_turn_scale, prior.turn_scale_sigma, noise.scale_walk, time);
         double* drift = slow_.walking(state_drift, prior.drift_sigma, noise.drift_walk, time);
-        problem_.AddResidualBlock(wheel_term(*step, noise).release(), doubt, a, b, scale, turn_scale, drift);
+        problem_.AddResidualBlock(wheel_term(*step, noise).release(), loss, a, b, scale, turn_scale, drift);
     }
 
     /// Of each observation: how many there are of the same thing with the robot about where it was then.
@@ -164,9 +164,9 @@ private:
         const std::size_t k = trajectory_.knot_before(m.time);
         std::vector<double*> parameters = {trajectory_.knots[k].data(), trajectory_.knots[k + 1].data()};
         for (const SlowState& state : term.slow) parameters.push_back(slow_.of(state, m.time));
-        auto* doubt = term.has_tails ? nullptr : new DoubtLoss(widening_ * (task_.models.settings.gate + 2 * term.dimensions));
+        auto* loss = term.has_tails ? nullptr : new OutlierLoss(widening_ * (task_.models.settings.gate + 2 * term.dimensions));
         const auto factor = noise.find(m.source);
-        auto* weighed = new ceres::ScaledLoss(doubt, 1 / (looks * (factor == noise.end() ? 1 : factor->second)), ceres::TAKE_OWNERSHIP);
+        auto* weighed = new ceres::ScaledLoss(loss, 1 / (looks * (factor == noise.end() ? 1 : factor->second)), ceres::TAKE_OWNERSHIP);
         const auto id = problem_.AddResidualBlock(term.cost.release(), weighed, parameters);
         blocks_.push_back({id, m.source, thing_of(m), m.time, term.dimensions});
     }

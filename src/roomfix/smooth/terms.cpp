@@ -335,7 +335,7 @@ std::unique_ptr<ceres::CostFunction> wheel_term(const OdometryStep& step, const 
 
 std::unique_ptr<ceres::CostFunction> loose_term(const Knot& about) { return std::make_unique<ceres::AutoDiffCostFunction<Loose, 6, 6>>(new Loose{about}); }
 
-void DoubtLoss::Evaluate(double squared, double out[3]) const {
+void OutlierLoss::Evaluate(double squared, double out[3]) const {
     // -2 log(exp(-s/2) + exp(-gate/2)), zero at s = 0
     const double right = 1 / (1 + std::exp(std::min(0.5 * (squared - gate_), 700.0)));
     const double at_zero = std::log1p(std::exp(-0.5 * gate_));

@@ -34,9 +34,9 @@ std::unique_ptr<ceres::CostFunction> loose_term(const Knot& about);
 
 /// Right, or wrong altogether: the tracker's own weight of a squared distance, `gate` where both are equally likely. `least` weight is left
 /// to what is surely wrong.
-class DoubtLoss final : public ceres::LossFunction {
+class OutlierLoss final : public ceres::LossFunction {
 public:
-    explicit DoubtLoss(double gate, double least = 0) : gate_(gate), least_(least) {}
+    explicit OutlierLoss(double gate, double least = 0) : gate_(gate), least_(least) {}
     void Evaluate(double squared, double out[3]) const override;
 
 private:

@@ -5,10 +5,10 @@
 namespace roomfix {
 
 void tell(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting) {
-    if (sighting.sees_all || !sighting.poses.empty()) tracker.see(time, camera, sighting.poses);
-    for (const TagSighting& tag : sighting.tags) tracker.see(time, camera, tag);
-    if (sighting.landmarks) tracker.see(time, camera, *sighting.landmarks);
-    if (sighting.corners) tracker.see(time, camera, *sighting.corners);
+    if (sighting.sees_all || !sighting.poses.empty()) tracker.observe(time, camera, sighting.poses);
+    for (const TagSighting& tag : sighting.tags) tracker.observe(time, camera, tag);
+    if (sighting.landmarks) tracker.observe(time, camera, *sighting.landmarks);
+    if (sighting.corners) tracker.observe(time, camera, *sighting.corners);
 }
 
 std::vector<Fix> fixes_of(const Sighting& sighting, const Site& site, Nanoseconds time, const std::vector<std::string>& sources) {
