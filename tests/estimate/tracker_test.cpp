@@ -114,9 +114,9 @@ std::vector<Told> a_drive(Random& random) {
             const int b = i % 4;
             const Eigen::Vector3d& beacon = box_site.beacons[static_cast<std::size_t>(b)].position;
             const double range = (Eigen::Vector3d(at.x, at.y, 0) - beacon).norm() + std::abs(random.normal(0.05));
-            all.push_back({arrives(), [=](Tracker& k) { k.hear(RangeObservation{from_seconds(t), 0, b, range, 0.03}); }});
+            all.push_back({arrives(), [=](Tracker& k) { k.observe(RangeObservation{from_seconds(t), 0, b, range, 0.03}); }});
         }
-        if (i % 4 == 1) all.push_back({arrives(), [=](Tracker& k) { k.drive({from_seconds(t), 0, at}); }});
+        if (i % 4 == 1) all.push_back({arrives(), [=](Tracker& k) { k.observe({from_seconds(t), 0, at}); }});
     }
     return all;
 }

@@ -41,6 +41,13 @@ after(async () => {
   demo?.kill();
 });
 
+/** A picture to be looked at, where they are asked for; `settled` ms later. */
+async function picture(page, name, settled = 0) {
+  if (!screenshots) return;
+  await page.waitForTimeout(settled);
+  await page.screenshot({ path: `${screenshots}/${name}.png` });
+}
+
 async function open(options) {
   const context = await browser.newContext(options);
   const page = await context.newPage();
@@ -82,8 +89,7 @@ test('a camera shows its picture with the outline on the robot', async () => {
   const corners = (await outline.getAttribute('points')).split(' ');
   assert.ok(corners.length >= 4);
   await page.waitForFunction(() => [...document.querySelectorAll('.camera img')].some((i) => i.naturalWidth >= 480), undefined, { timeout: 30000 });
-  await page.waitForTimeout(6000);
-  if (screenshots) await page.screenshot({ path: `${screenshots}/page-light.png` });
+  await picture(page, 'page-light', 6000);
   await close();
 });
 
@@ -97,7 +103,7 @@ test('the expected error over the floor', async () => {
   assert.match(await page.textContent('#error-legend'), /95 %.*≤ 1 cm.*more/);
   await page.selectOption('#errors', '*');
   assert.ok((await page.locator('.errors rect').count()) > one);
-  if (screenshots) await page.screenshot({ path: `${screenshots}/page-errors.png` });
+  await picture(page, 'page-errors');
   await page.selectOption('#errors', '');
   assert.equal(await page.locator('.errors rect').count(), 0);
   assert.deepEqual(problems, []);
@@ -108,14 +114,12 @@ test('dark, and on a phone', async () => {
   const dark = await open({ viewport: { width: 1280, height: 800 }, colorScheme: 'dark' });
   const background = await dark.page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   assert.equal(background, 'rgb(18, 22, 20)');
-  await dark.page.waitForTimeout(1500);
-  if (screenshots) await dark.page.screenshot({ path: `${screenshots}/page-dark.png` });
+  await picture(dark.page, 'page-dark', 1500);
   await dark.close();
   const phone = await open({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
   const width = await phone.page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `nothing sticks out to the side (${width} px)`);
-  await phone.page.waitForTimeout(1500);
-  if (screenshots) await phone.page.screenshot({ path: `${screenshots}/page-phone.png` });
+  await picture(phone.page, 'page-phone', 1500);
   await phone.close();
 });
 

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "roomfix/base/csv.hpp"
+
 namespace roomfix {
 
 std::optional<double> parse_number(std::string_view text) {
@@ -19,12 +21,10 @@ std::optional<double> parse_number(std::string_view text) {
 
 std::optional<std::vector<double>> parse_numbers(std::string_view text) {
     std::vector<double> numbers;
-    for (std::size_t comma = 0; comma != std::string_view::npos;) {
-        comma = text.find(',');
-        const auto number = parse_number(text.substr(0, comma));
+    for (const std::string_view field : csv_fields(text)) {
+        const auto number = parse_number(field);
         if (!number) return std::nullopt;
         numbers.push_back(*number);
-        text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
     }
     return numbers;
 }

@@ -12,7 +12,7 @@ namespace roomfix {
 /// The whole of `text` as a finite decimal number (no leading or trailing blanks, no "nan" or "inf"); nothing otherwise.
 std::optional<double> parse_number(std::string_view text);
 
-/// Finite decimal numbers between commas, at least one; nothing otherwise.
+/// Finite decimal numbers between commas, with blanks or not, at least one; nothing otherwise.
 std::optional<std::vector<double>> parse_numbers(std::string_view text);
 
 /// The whole of `text` as a decimal integer; nothing otherwise, also on overflow.

@@ -64,19 +64,20 @@ bool add_shot(const LensUnknowns& unknowns, const HeldBoard& held, const BoardSh
         Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, most_intrinsics + smooth_numbers> k(2, smooth);
         k << by_intrinsics.leftCols(intrinsics), by_offset * by_shape;
         const int at = smooth + 3 * number;
-        own.by_held += j.transpose() * j;
-        own.mixed.leftCols(smooth) += j.transpose() * k;
-        own.mixed.middleCols<3>(at) += j.transpose() * by_offset;
+        // Products over the two coordinates of a pixel: written out, since the way that Eigen takes for large matrices is slow with so few rows.
+        own.by_held += j.transpose().lazyProduct(j);
+        own.mixed.leftCols(smooth) += j.transpose().lazyProduct(k);
+        own.mixed.middleCols<3>(at) += j.transpose().lazyProduct(by_offset);
         own.held_gradient += j.transpose() * r;
         own.residuals.push_back(residual);
         own.squares += residual.squaredNorm();
         fit.squares += r.squaredNorm();
-        fit.information.topLeftCorner(smooth, smooth) += k.transpose() * k;
-        fit.information.block(at, 0, 3, smooth) += by_offset.transpose() * k;
-        fit.information.block(0, at, smooth, 3) += k.transpose() * by_offset;
-        fit.information.block<3, 3>(at, at) += by_offset.transpose() * by_offset;
-        fit.gradient.head(smooth) += k.transpose() * r;
-        fit.gradient.segment<3>(at) += by_offset.transpose() * r;
+        fit.information.topLeftCorner(smooth, smooth) += k.transpose().lazyProduct(k);
+        fit.information.block(at, 0, 3, smooth) += by_offset.transpose().lazyProduct(k);
+        fit.information.block(0, at, smooth, 3) += k.transpose().lazyProduct(by_offset);
+        fit.information.block<3, 3>(at, at) += by_offset.transpose().lazyProduct(by_offset);
+        fit.gradient.head(smooth) += k.transpose().lazyProduct(r);
+        fit.gradient.segment<3>(at) += by_offset.transpose().lazyProduct(r);
     }
     const HeldVector weights = held_weights(spread), values = held_values(held);
     own.by_held.diagonal() += weights;

@@ -16,13 +16,12 @@ namespace {
 
 constexpr std::size_t first_guesses = 20000;  // until it is clear which of them matter
 constexpr std::size_t guess_count = 4000;
-constexpr double degrees_of_freedom = 4;  // of Student's t distribution, by which ranges err
-constexpr double largest_error = 60;      // times what is stated
-constexpr double bearing_error = 3;       // times what is stated
-constexpr double misread = 0.05;          // part of what is seen that is something else
-constexpr double anywhere = 20;           // m, over which that is
-constexpr double straight_ahead = 0.4;    // cosine of the widest direction in which depths are measured
-constexpr double depths = 0.2;            // probability that ranges are depths where the front matters
+constexpr double largest_error = 60;    // times what is stated
+constexpr double bearing_error = 3;     // times what is stated
+constexpr double misread = 0.05;        // part of what is seen that is something else
+constexpr double anywhere = 20;         // m, over which that is
+constexpr double straight_ahead = 0.4;  // cosine of the widest direction in which depths are measured
+constexpr double depths = 0.2;          // probability that ranges are depths where the front matters
 
 // Of wheels of which nobody knows how they err.
 constexpr double way_error = 0.05, way_part = 0.03;                           // per root of a metre, of a metre
@@ -60,16 +59,15 @@ double stated_error(const Heard& heard) {
     return std::get<SightingObservation>(heard).range_sigma;
 }
 
-/// Density of an error, by Student's t distribution.
+/// Density of an error, by Student's t distribution with four degrees of freedom: its tails are heavy, and it needs no power but a root.
 double student(double error, double sigma) {
-    constexpr double v = degrees_of_freedom;
-    return 0.375 / sigma * std::pow(1 + error * error / (v * sigma * sigma), -0.5 * (v + 1));
+    const double t = 1 + error * error / (4 * sigma * sigma);
+    return 0.375 / (sigma * t * t * std::sqrt(t));
 }
 
 Eigen::Vector3d ear_at(const Pose2& robot, const RangeSource& receiver, bool front) {
-    Eigen::Vector3d ear = receiver.receiver;
-    if (!front) ear.head<2>().setZero();
-    ear.head<2>() = Eigen::Rotation2Dd(robot.yaw) * ear.head<2>() + Eigen::Vector2d(robot.x, robot.y);
+    Eigen::Vector3d ear(robot.x, robot.y, receiver.receiver.z());
+    if (front && !receiver.receiver.head<2>().isZero(0)) ear.head<2>() += Eigen::Rotation2Dd(robot.yaw) * receiver.receiver.head<2>();
     return ear;
 }
 
@@ -174,8 +172,8 @@ void StartCloud::move(Nanoseconds time, const TrackingModels& models) {
         const double turn = turn_error * std::sqrt(turned) + turn_per_way * std::sqrt(way) + turn_still * std::sqrt(seconds);
         for (Guess& guess : guesses_) {
             const double missing = (wheels_.turn_scale + guess.turn_scale) * step->turned + wheels_.drift * seconds;
-            const Eigen::Vector2d moved = Eigen::Rotation2Dd(guess.yaw + 0.5 * missing) *
-                                          ((1 + wheels_.scale + guess.scale) * step->way + along * normal2(random_));
+            const Eigen::Vector2d moved =
+                Eigen::Rotation2Dd(guess.yaw + 0.5 * missing) * ((1 + wheels_.scale + guess.scale) * step->way + along * normal2(random_));
             guess.x += moved.x();
             guess.y += moved.y();
             guess.yaw += step->turned + missing + turn * random_.normal();
@@ -334,35 +332,38 @@ StartPlaces StartCloud::places(double patience) const {
     }
     const double waited = to_seconds(time_ - begun_);
     const double reach = widest_place(distance_);
-    std::vector<double> left;  // weights of the guesses that belong to no place yet
+    std::vector<double> left;             // weights of the guesses that belong to no place yet
+    std::vector<Eigen::Vector2d> fronts;  // where they look
+    left.reserve(guesses_.size());
+    fronts.reserve(guesses_.size());
     double all = 0, by_depth = 0;
     for (const Guess& guess : guesses_) {
         left.push_back(std::exp(guess.log_weight));
+        fronts.emplace_back(std::cos(guess.yaw), std::sin(guess.yaw));
         all += left.back();
         by_depth += guess.depth ? left.back() : 0;
     }
     double taken = 0;
     result.depth = by_depth > 0.5 * all;
-    bool fronts = true;
     for (std::size_t k = 0; k < most_places; ++k) {
         // Around the heaviest guess, then around the mean of what is near that, once more.
         const auto heaviest = static_cast<std::size_t>(std::max_element(left.begin(), left.end()) - left.begin());
         Eigen::Vector2d middle(guesses_[heaviest].x, guesses_[heaviest].y);
-        Eigen::Vector2d front = Eigen::Vector2d(std::cos(guesses_[heaviest].yaw), std::sin(guesses_[heaviest].yaw));
+        Eigen::Vector2d front = fronts[heaviest];
         Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
         double weight = 0, error = 0, yaw = 0;
-        const auto belongs = [&](const Guess& guess) {
-            if ((Eigen::Vector2d(guess.x, guess.y) - middle).norm() > 3 * reach) return false;
-            return !shows_front_ || !fronts || std::cos(guess.yaw) * front.x() + std::sin(guess.yaw) * front.y() > 0.5;
+        const auto belongs = [&](std::size_t i) {
+            if (left[i] <= 0 || (Eigen::Vector2d(guesses_[i].x, guesses_[i].y) - middle).norm() > 3 * reach) return false;
+            return !shows_front_ || fronts[i].dot(front) > 0.5;
         };
         for (int round = 0; round < 3; ++round) {
             Eigen::Vector2d sum = Eigen::Vector2d::Zero(), fronts_sum = Eigen::Vector2d::Zero();
             weight = error = 0;
             for (std::size_t i = 0; i < guesses_.size(); ++i) {
-                if (left[i] <= 0 || !belongs(guesses_[i])) continue;
+                if (!belongs(i)) continue;
                 weight += left[i];
                 sum += left[i] * Eigen::Vector2d(guesses_[i].x, guesses_[i].y);
-                fronts_sum += left[i] * Eigen::Vector2d(std::cos(guesses_[i].yaw), std::sin(guesses_[i].yaw));
+                fronts_sum += left[i] * fronts[i];
                 error += left[i] * guesses_[i].log_error;
             }
             middle = sum / weight;
@@ -372,7 +373,7 @@ StartPlaces StartCloud::places(double patience) const {
         yaw = std::atan2(front.y(), front.x());
         double inside = 0;
         for (std::size_t i = 0; i < guesses_.size(); ++i) {
-            if (left[i] <= 0 || !belongs(guesses_[i])) continue;
+            if (!belongs(i)) continue;
             const Eigen::Vector3d off(guesses_[i].x - middle.x(), guesses_[i].y - middle.y(), wrap_angle(guesses_[i].yaw - yaw));
             spread += left[i] * off * off.transpose();
             inside += left[i];

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/text_file.hpp"
 #include "roomfix/base/text_lines.hpp"
@@ -13,16 +14,6 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t place_columns = 4;  // time,robot,x,y
-
-std::vector<std::string_view> fields_of(std::string_view line) {
-    std::vector<std::string_view> fields;
-    for (std::size_t comma = 0; comma != std::string_view::npos;) {
-        comma = line.find(',');
-        fields.push_back(line.substr(0, comma));
-        line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
-    }
-    return fields;
-}
 
 /// Does the first line name the columns, and yaw among them? Nothing where it names others.
 std::optional<bool> has_yaw(const std::vector<std::string_view>& names) {
@@ -33,8 +24,6 @@ std::optional<bool> has_yaw(const std::vector<std::string_view>& names) {
     return true;
 }
 
-bool is_blank(std::string_view text) { return text.find_first_not_of(" \t") == std::string_view::npos; }
-
 /// Nothing where the line is no pose. A line that ends before its yaw was cut off.
 std::optional<StampedPose> pose_of(const std::vector<std::string_view>& fields, bool with_yaw) {
     if (with_yaw ? fields.size() <= place_columns : fields.size() != place_columns) return std::nullopt;
@@ -42,7 +31,7 @@ std::optional<StampedPose> pose_of(const std::vector<std::string_view>& fields, 
     const auto x = parse_number(fields[2]), y = parse_number(fields[3]);
     if (!time || !x || !y) return std::nullopt;
     StampedPose pose{*time, {*x, *y, 0}, false};
-    if (!with_yaw || is_blank(fields[place_columns])) return pose;
+    if (!with_yaw || fields[place_columns].empty()) return pose;
     const auto yaw = parse_number(fields[place_columns]);
     if (!yaw) return std::nullopt;
     pose.pose.yaw = *yaw;
@@ -104,7 +93,7 @@ Result<Truth> parse_truth(std::string_view text) {
     std::optional<bool> with_yaw;
     each_line(text, [&](std::string_view line, long number) {
         if (!failure.empty()) return;
-        const auto fields = fields_of(line);
+        const auto fields = csv_fields(line);
         if (!with_yaw) {
             with_yaw = has_yaw(fields);
             if (!with_yaw) failure = "the first line must be time,robot,x,y,yaw or, where no yaw is known, time,robot,x,y";

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/text_file.hpp"
 
@@ -13,17 +14,16 @@ namespace {
 constexpr std::string_view heading = "column,row,u,v,ideal_u,ideal_v";
 constexpr std::size_t most_points = 1'000'000;
 
-std::optional<std::array<double, 6>> fields_of(std::string_view line) {
-    std::array<double, 6> fields;
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-        const auto comma = line.find(',');
-        if ((comma == std::string_view::npos) != (i + 1 == fields.size())) return std::nullopt;
-        const auto value = parse_number(line.substr(0, comma));
+std::optional<std::array<double, 6>> numbers_of(std::string_view line) {
+    std::array<double, 6> numbers;
+    const auto fields = csv_fields(line);
+    if (fields.size() != numbers.size()) return std::nullopt;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto value = parse_number(fields[i]);
         if (!value) return std::nullopt;
-        fields[i] = *value;
-        line.remove_prefix(comma == std::string_view::npos ? line.size() : comma + 1);
+        numbers[i] = *value;
     }
-    return fields;
+    return numbers;
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ Result<LensGrid> parse_lens_grid(std::string_view text) {
             continue;
         }
         if (line.empty()) continue;
-        const auto fields = fields_of(line);
+        const auto fields = numbers_of(line);
         if (!fields) return Error{fmt::format("line {}: six numbers are needed: {}", number, heading)};
         const auto [column, row, u, v, ideal_u, ideal_v] = *fields;
         if (row == 0 && column == columns) ++columns;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "roomfix/base/csv.hpp"
 #include "roomfix/site/read_camera.hpp"
 #include "roomfix/site/read_installed.hpp"
 #include "roomfix/site/read_robot.hpp"
@@ -170,9 +171,8 @@ static std::vector<std::string> robots_in(const std::filesystem::path& file) {
     std::vector<std::string> robots;
     std::ifstream lines(file);
     for (std::string line; std::getline(lines, line);) {
-        const std::size_t first = line.find(',');
-        if (first == std::string::npos) continue;
-        const std::string robot = line.substr(first + 1, line.find(',', first + 1) - first - 1);
+        const std::string robot(csv_field(csv_fields(line), 1));
+        if (robot.empty()) continue;
         if (std::find(robots.begin(), robots.end(), robot) == robots.end()) robots.push_back(robot);
     }
     return robots;
