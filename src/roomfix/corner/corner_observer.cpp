@@ -59,11 +59,11 @@ bool CornerObserver::look_where_expected(LumaView frame, const CornerHints& hint
         // Edges look as in the last frame; if they do not, look afresh.
         const EdgeKind last = fit_.kind[wall_edge];
         const bool known = fit_.look_known;
-        auto score = known ? look(true, last) : std::nullopt;
+        Result<double> score = known ? look(true, last) : Error{};
         for (const EdgeKind kind : {last, other_than(last)}) {
             if (!score) score = look(false, kind);
         }
-        fit_.look_known = score.has_value();
+        fit_.look_known = static_cast<bool>(score);
         if (!score) continue;
         // What a moulding draws changes with the place alone.
         if (!known || (fit_.view.place - beside_from_).norm() > 0.1) {
@@ -82,94 +82,111 @@ void CornerObserver::look_everywhere(LumaView frame, const CornerHints& hints, C
     finder_.find(frame, points_);
     line_search_.find(points_, finder_.reduction(), lines_);
     search_.find(lines_, hints.gravity, found_);
-    reader_.refuse("");
     const std::size_t triples = found_.candidates.size();
-    if (explain(frame, hints, result)) return;
+    const auto by_three = explain(frame, hints, result);
+    if (by_three) return;
     const auto complete = [&](EdgeKind kind) {
         search_.complete(frame, reader_.light(), reader_.faint_edges(), kind, hints.gravity, found_);
         return explain(frame, hints, result);
     };
-    if (complete(EdgeKind::step) || reader_.instead([&] { return complete(EdgeKind::crease); })) return;
+    const auto with_step = complete(EdgeKind::step);
+    if (with_step) return;
+    const auto with_crease = complete(EdgeKind::crease);
+    if (with_crease) return;
     add_rejected({-1, -1, -1}, result);
-    if (points_.empty()) {
-        result.reason = "no corner: the picture is blank";
-    } else if (lines_.size() < 2) {
-        result.reason = fmt::format("no corner: {} in the picture, three that meet are needed",
-                                    lines_.empty() ? "there is no straight line" : "there is one straight line");
-    } else if (found_.junctions.empty()) {
-        result.reason = fmt::format("no corner: none of the {} straight lines start at a common point inside the picture", lines_.size());
-    } else if (triples == 0 && found_.candidates.empty()) {
-        result.reason = "no corner: lines meet, but no three of them as two walls and a ceiling do when seen from inside the room";
-    } else {
-        result.reason = "no corner: " + (reader_.refusal().empty() ? "the best three lines fit none when looked at closely" : reader_.refusal());
-    }
+    const Error& by_two = first_reason(with_step.error(), with_crease.error());
+    result.reason = "no corner: " + reason_for_nothing(triples, first_reason(by_two, by_three.error()));
 }
 
-void CornerObserver::try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly) {
+/// `triples`: lines of three that were tried before others were completed; `refusal`: of the likeliest explanation.
+std::string CornerObserver::reason_for_nothing(std::size_t triples, const Error& refusal) const {
+    if (points_.empty()) return "the picture is blank";
+    if (lines_.empty()) return "there is no straight line in the picture, three that meet are needed";
+    if (lines_.size() < 2) return "there is one straight line in the picture, three that meet are needed";
+    if (found_.junctions.empty()) return fmt::format("none of the {} straight lines start at a common point inside the picture", lines_.size());
+    if (triples == 0 && found_.candidates.empty()) {
+        return "lines meet, but no three of them as two walls and a ceiling do when seen from inside the room";
+    }
+    return refusal.message.empty() ? "the best three lines fit none when looked at closely" : refusal.message;
+}
+
+/// Adds what a candidate explains; otherwise says why it is no corner.
+Result<void> CornerObserver::try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly) {
     CornerExplanation explanation;
     explanation.wall_angle = candidate.wall_angle;
     explanation.lines = candidate.lines;
     CornerFit& fit = explanation.fit;
-    auto score = reader_.read(frame, candidate, candidate.wall_edge_kind, faintly, fit);
+    Result<double> score = reader_.read(frame, candidate, candidate.wall_edge_kind, faintly, fit);
     // Most candidates are none: once there is an explanation, only the best of them are worth a second look.
     const bool worth_it = explanations_.empty() || candidate.score > settings_.second_look * found_.candidates[0].score;
     if (!score && worth_it && candidate.wall_edge_kind == EdgeKind::step) {
-        score = reader_.instead([&] { return reader_.read(frame, candidate, EdgeKind::crease, faintly, fit); });
+        const Error of_step = score.error();
+        score = reader_.read(frame, candidate, EdgeKind::crease, faintly, fit);
+        if (!score) score = first_reason(of_step, score.error());
     }
-    if (!score) return;
+    if (!score) return score.error();
     explanation.doubt = doubt_of(fit.view, candidate.wall_angle, hints);
     if (explanation.doubt > settings_.largest_doubt) {
-        reader_.refuse("the likeliest three lines are a corner at the floor, or the camera lies on its side");
-        return;
+        return Error{"the likeliest three lines are a corner at the floor, or the camera lies on its side"};
     }
     explanation.score = *score - settings_.score_scale * explanation.doubt;
     explanations_.push_back(std::move(explanation));
+    return {};
 }
 
-/// Reads the candidates' edges, fits the best of them to the end and reports what is left.
-bool CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerResult& result) {
+/// Reads the candidates' edges, fits the best of them to the end and reports what is left. If that is nothing, says why the last that was tried is no
+/// corner.
+Result<void> CornerObserver::explain(LumaView frame, const CornerHints& hints, CornerResult& result) {
     explanations_.clear();
+    Error refusal;
+    const auto take = [&](const Result<void>& outcome) {
+        if (!outcome) refusal = first_reason(outcome.error(), refusal);
+    };
     const std::size_t tried = std::min(found_.candidates.size(), settings_.most_tried);
-    for (std::size_t i = 0; i < tried; ++i) try_candidate(frame, hints, found_.candidates[i], false);
+    for (std::size_t i = 0; i < tried; ++i) take(try_candidate(frame, hints, found_.candidates[i], false));
     const std::size_t again = explanations_.empty() ? std::min(tried, settings_.most_refined) : 0;
-    for (std::size_t i = 0; i < again; ++i) try_candidate(frame, hints, found_.candidates[i], true);
-    refine_best(frame);
-    if (explanations_.empty()) return false;
-    if (!go_down(frame, explanations_[0])) {
-        reader_.refuse("the walls' edge ends at a moulding's lower edge that makes no corner");
-        return false;
-    }
+    for (std::size_t i = 0; i < again; ++i) take(try_candidate(frame, hints, found_.candidates[i], true));
+    take(refine_best(frame));
+    if (explanations_.empty()) return refusal;
+    if (!go_down(frame, explanations_[0])) return Error{"the walls' edge ends at a moulding's lower edge that makes no corner"};
     drop_upper_ones(frame);
     sort_explanations();
-    if (const auto faint = explanations_[0].faint) {
-        reader_.refuse(fmt::format("the {} is too faint to be told from other lines", name_of(*faint)));
-        return false;
-    }
+    if (const auto faint = explanations_[0].faint) return Error{fmt::format("the {} is too faint to be told from other lines", name_of(*faint))};
     std::erase_if(explanations_, [](const CornerExplanation& e) { return e.faint.has_value(); });
     merge_same();
     report(frame, result);
-    return true;
+    return {};
 }
 
 void CornerObserver::sort_explanations() {
     std::stable_sort(explanations_.begin(), explanations_.end(), [](const CornerExplanation& a, const CornerExplanation& b) { return a.score > b.score; });
 }
 
-/// Fits the best few to the end; more only if none of them holds. What is far behind could not win.
-void CornerObserver::refine_best(LumaView frame) {
+/// Fits the best few to the end; more only if none of them holds. What is far behind could not win. An error says why the last that was fitted does not hold.
+Result<void> CornerObserver::refine_best(LumaView frame) {
     sort_explanations();
     merge_same();
-    double best = 0;
+    std::optional<double> best;  // score of those that hold
+    Error refusal;
+    std::vector<CornerExplanation> holding;
     for (std::size_t i = 0; i < explanations_.size(); ++i) {
         CornerExplanation& explanation = explanations_[i];
-        const bool worth_it = explanation.score > settings_.worth_it * best && (i < settings_.most_refined || best == 0);
-        const auto score = worth_it ? reader_.refine(frame, lines_, best == 0, explanation) : std::nullopt;
-        explanation.score = score ? std::max(*score - settings_.score_scale * explanation.doubt, 0.0) : -1;
-        best = std::max(best, explanation.score);
+        const bool worth_it = explanation.score > settings_.worth_it * best.value_or(0) && (i < settings_.most_refined || !best);
+        if (!worth_it) continue;
+        const auto score = reader_.refine(frame, lines_, !best, explanation);
+        if (!score) {
+            refusal = first_reason(score.error(), refusal);
+            continue;
+        }
+        explanation.score = std::max(*score - settings_.score_scale * explanation.doubt, 0.0);
+        if (explanation.score > best.value_or(0)) best = explanation.score;
+        holding.push_back(std::move(explanation));
     }
-    std::erase_if(explanations_, [](const CornerExplanation& e) { return e.score < 0; });
+    explanations_ = std::move(holding);
     drop_upper_ones(frame);
     sort_explanations();
+    if (refusal.message.empty()) return {};
+    return refusal;
 }
 
 /// Each explanation with its weight among all.

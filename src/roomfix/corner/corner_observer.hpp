@@ -48,10 +48,11 @@ public:
 private:
     bool look_where_expected(LumaView frame, const CornerHints& hints, CornerResult& result);
     void look_everywhere(LumaView frame, const CornerHints& hints, CornerResult& result);
-    void try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly);
-    bool explain(LumaView frame, const CornerHints& hints, CornerResult& result);
+    Result<void> try_candidate(LumaView frame, const CornerHints& hints, const CornerCandidate& candidate, bool faintly);
+    Result<void> explain(LumaView frame, const CornerHints& hints, CornerResult& result);
+    std::string reason_for_nothing(std::size_t triples, const Error& refusal) const;
     void sort_explanations();
-    void refine_best(LumaView frame);
+    Result<void> refine_best(LumaView frame);
     void report(LumaView frame, CornerResult& result);
     void add_readings(const CornerFit& fit, double wall_angle, const EdgesBeside& beside, double weight, CornerResult& result) const;
     void merge_same();

@@ -7,6 +7,11 @@
 #include <cmath>
 
 namespace roomfix {
+namespace {
+
+const Error no_reason;  // of a fit that came to nothing: there is nothing to say about it
+
+}  // namespace
 
 EdgeKind other_than(EdgeKind kind) { return kind == EdgeKind::step ? EdgeKind::crease : EdgeKind::step; }
 
@@ -22,32 +27,32 @@ CornerReader::CornerReader(const CameraModel& model, const CornerSettings& setti
       edge_ends_(model, fitter_.light(), settings.ends),
       settler_(model, fitter_.light(), settings.faint) {}
 
-std::optional<double> CornerReader::find_again(LumaView frame, double wall_angle, double capture, EdgeKind kind, bool look_known, CornerFit& fit) {
+Result<double> CornerReader::find_again(LumaView frame, double wall_angle, double capture, EdgeKind kind, bool look_known, CornerFit& fit) {
     fit.look_known = look_known;
     fit.kind[wall_edge] = kind;
     const bool holds = fitter_.refine(frame, wall_angle, capture, fit) && (kind == EdgeKind::step || is_deep_enough(frame, fit));
-    return holds ? score_of(fit, true) : std::nullopt;
+    return holds ? score_of(fit, true) : no_reason;
 }
 
-std::optional<double> CornerReader::read_lowered(LumaView frame, const std::vector<SceneLine>& lines, CornerExplanation& lower) {
+Result<double> CornerReader::read_lowered(LumaView frame, const std::vector<SceneLine>& lines, CornerExplanation& lower) {
     lower.faint.reset();
     const bool holds = fitter_.approach(frame, lower.wall_angle, settings_.search_capture, lower.fit);
-    return holds ? refine_as_is(frame, lines, lower) : std::nullopt;
+    return holds ? refine_as_is(frame, lines, lower) : no_reason;
 }
 
-std::optional<double> CornerReader::read(LumaView frame, const CornerCandidate& candidate, EdgeKind kind, bool faintly, CornerFit& fit) {
+Result<double> CornerReader::read(LumaView frame, const CornerCandidate& candidate, EdgeKind kind, bool faintly, CornerFit& fit) {
     fit.view = candidate.view;
     fit.kind[wall_edge] = kind;
-    if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, fit)) return std::nullopt;
-    if (const auto score = score_of(fit, false)) return score;
-    if (!faintly) return std::nullopt;
+    if (!fitter_.approach(frame, candidate.wall_angle, settings_.search_capture, fit)) return no_reason;
+    const auto score = score_of(fit, false);
+    if (score || !faintly) return score;
     fit.view = candidate.view;
     const CornerEdge faintest = settler_.faintest(fit);
-    if (settler_.settle(frame, candidate.wall_angle, faintest, fit.kind[faintest], fit.view).mean <= settings_.sure_group) return std::nullopt;
+    if (settler_.settle(frame, candidate.wall_angle, faintest, fit.kind[faintest], fit.view).mean <= settings_.sure_group) return score;
     return 0.5 * candidate.score;
 }
 
-std::optional<double> CornerReader::refine(LumaView frame, const std::vector<SceneLine>& lines, bool second_look, CornerExplanation& explanation) {
+Result<double> CornerReader::refine(LumaView frame, const std::vector<SceneLine>& lines, bool second_look, CornerExplanation& explanation) {
     const EdgeKind kind = explanation.fit.kind[wall_edge];
     const CornerView start = explanation.fit.view;
     const auto score = refine_as_is(frame, lines, explanation);
@@ -65,8 +70,8 @@ std::optional<double> CornerReader::refine(LumaView frame, const std::vector<Sce
     other.fit.view = start;
     other.fit.kind[wall_edge] = other_than(kind);
     if (!fitter_.approach(frame, other.wall_angle, settings_.search_capture, other.fit)) return score;
-    const auto other_score = instead([&] { return refine_as_is(frame, lines, other); });
-    if (!other_score) return score;
+    const auto other_score = refine_as_is(frame, lines, other);
+    if (!other_score) return score ? score : Result<double>(first_reason(score.error(), other_score.error()));
     if (score) {
         const EdgeSupport others = walls_edge(other.fit);
         const double less_scatter = other.fit.spread / explanation.fit.spread;
@@ -77,47 +82,43 @@ std::optional<double> CornerReader::refine(LumaView frame, const std::vector<Sce
     return other_score;
 }
 
-std::optional<double> CornerReader::refine_as_is(LumaView frame, const std::vector<SceneLine>& lines, CornerExplanation& explanation) {
+Result<double> CornerReader::refine_as_is(LumaView frame, const std::vector<SceneLine>& lines, CornerExplanation& explanation) {
     CornerFit& fit = explanation.fit;
     settle_height(frame, explanation);
     const CornerEdge hardest = settler_.faintest(fit);
     if (fit.shared[hardest]) settler_.settle(frame, explanation.wall_angle, hardest, fit.kind[hardest], fit.view);
     const auto score = fit_to_the_end(frame, explanation.wall_angle, fit);
-    if (!score || !is_seen_enough(explanation)) return std::nullopt;
+    if (!score) return score;
+    if (const auto enough = is_seen_enough(explanation); !enough) return enough.error();
     explanation.seen = true;
     const CornerEdge least = settler_.faintest(fit);
     const SettledEdge faintest = settler_.settle(frame, explanation.wall_angle, least, fit.kind[least], fit.view);
     if (faintest.moved) {
-        const bool holds = fit_again(frame, explanation.wall_angle, fit) && score_of(fit, true) && is_seen_enough(explanation);
-        if (!holds) return std::nullopt;
+        if (!fit_again(frame, explanation.wall_angle, fit)) return no_reason;
+        if (const auto again = score_of(fit, true); !again) return again;
+        if (const auto enough = is_seen_enough(explanation); !enough) return enough.error();
     }
     const CornerCompanions companions = companions_of(fit.view, explanation.wall_angle, lines, model_, settings_.outside);
-    if (companions.outside > companions.inside) {
-        refusal_ = "the likeliest three lines are a corner that stands out into the room";
-        return std::nullopt;
-    }
+    if (companions.outside > companions.inside) return Error{"the likeliest three lines are a corner that stands out into the room"};
     if (fit.kind[wall_edge] == EdgeKind::crease && !is_deep_enough(frame, fit)) {
-        refusal_ = "the walls' edge is a crease too shallow to be told from the walls' grain";
-        return std::nullopt;
+        return Error{"the walls' edge is a crease too shallow to be told from the walls' grain"};
     }
     const auto rivalled = [&] { return faintest.rival > settings_.largest_rival && !is_the_same(frame, faintest.beside, explanation); };
     if (fit.shared[faintest.edge] && (faintest.mean < settings_.least_group || rivalled())) explanation.faint = faintest.edge;
-    if (!edge_ends_.end_at_corner(frame, fit, explanation.wall_angle)) {
-        refusal_ = "an edge of the likeliest three lines goes on beyond where they meet";
-        return std::nullopt;
-    }
+    if (!edge_ends_.end_at_corner(frame, fit, explanation.wall_angle)) return Error{"an edge of the likeliest three lines goes on beyond where they meet"};
     return score;
 }
 
 /// Finely if the edges allow it; or softly, and finely from there. The score; nothing if that is no corner.
-std::optional<double> CornerReader::fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit) {
-    const auto finely = [&] { return fitter_.finish(frame, wall_angle, fit) ? score_of(fit, true) : std::nullopt; };
+Result<double> CornerReader::fit_to_the_end(LumaView frame, double wall_angle, CornerFit& fit) {
+    const auto finely = [&]() -> Result<double> { return fitter_.finish(frame, wall_angle, fit) ? score_of(fit, true) : no_reason; };
     const CornerView start = fit.view;
-    if (const auto score = finely()) return score;
+    const auto fine_score = finely();
+    if (fine_score) return fine_score;
     fit.view = start;
-    if (!fitter_.finish_softly(frame, wall_angle, fit)) return std::nullopt;
+    if (!fitter_.finish_softly(frame, wall_angle, fit)) return fine_score;
     const auto soft_score = score_of(fit, true);
-    if (!soft_score) return std::nullopt;
+    if (!soft_score) return soft_score;
     const CornerFit soft = fit;
     if (const auto score = finely()) return score;
     fit = soft;
@@ -125,7 +126,7 @@ std::optional<double> CornerReader::fit_to_the_end(LumaView frame, double wall_a
 }
 
 /// Where much of the three lines is missing, what is seen of them must be long; and where one of them was only completed, none may be short.
-bool CornerReader::is_seen_enough(const CornerExplanation& explanation) {
+Result<void> CornerReader::is_seen_enough(const CornerExplanation& explanation) const {
     const auto support = edge_support(explanation.fit, settings_.straightness);
     double seen = 0;
     double visible = 0;
@@ -135,16 +136,13 @@ bool CornerReader::is_seen_enough(const CornerExplanation& explanation) {
         visible += edge.visible;
         least = std::min(least, edge.seen);
     }
-    const bool completed = explanation.lines[2] < 0;
-    if (completed && least < settings_.second_edge) {
-        refusal_ = fmt::format("two lines meet, but of the third only {:.0f} px are seen", least);
-        return false;
+    if (explanation.completed() && least < settings_.second_edge) {
+        return Error{fmt::format("two lines meet, but of the third only {:.0f} px are seen", least)};
     }
     if (seen < settings_.plain_part * visible && seen < settings_.plain_edges) {
-        refusal_ = fmt::format("only {:.0f} % of the likeliest three lines are seen, {:.0f} px in all", 100 * seen / visible, seen);
-        return false;
+        return Error{fmt::format("only {:.0f} % of the likeliest three lines are seen, {:.0f} px in all", 100 * seen / visible, seen)};
     }
-    return true;
+    return {};
 }
 
 /// Walls have a grain, and are darker towards their edge: a crease is deeper than that.
@@ -177,8 +175,8 @@ bool CornerReader::fit_again(LumaView frame, double wall_angle, CornerFit& fit) 
     return fitter_.weigh(frame, wall_angle, fit);
 }
 
-/// Pixels of edge that the picture confirms, less what is missing; nothing if that is no corner.
-std::optional<double> CornerReader::score_of(const CornerFit& fit, bool final_fit) {
+/// Pixels of edge that the picture confirms, less what is missing.
+Result<double> CornerReader::score_of(const CornerFit& fit, bool final_fit) const {
     const auto support = edge_support(fit, final_fit ? settings_.straightness : 10);
     const double unit = length_unit(model_);
     std::array<double, 3> seen{};
@@ -192,23 +190,17 @@ std::optional<double> CornerReader::score_of(const CornerFit& fit, bool final_fi
         possible += std::min(support[i].visible, 200 * unit);
         score += support[i].seen - 0.5 * std::min(support[i].visible - support[i].seen, 100 * unit) - std::min(support[i].first, 60 * unit);
         if (support[i].first > settings_.largest_gap / ease) {
-            refusal_ = fmt::format("the {} is not seen near the corner", name_of(static_cast<CornerEdge>(i)));
-            return std::nullopt;
+            return Error{fmt::format("the {} is not seen near the corner", name_of(static_cast<CornerEdge>(i)))};
         }
     }
     std::sort(seen.begin(), seen.end());
     if (seen[2] < ease * settings_.long_edge || seen[1] < ease * settings_.second_edge || seen[0] < ease * settings_.short_edge) {
-        refusal_ = fmt::format("of the likeliest three lines only {:.0f}, {:.0f} and {:.0f} px are seen", seen[2], seen[1], seen[0]);
-        return std::nullopt;
+        return Error{fmt::format("of the likeliest three lines only {:.0f}, {:.0f} and {:.0f} px are seen", seen[2], seen[1], seen[0])};
     }
     if (counted < ease * settings_.least_seen * possible) {
-        refusal_ = fmt::format("only {:.0f} % of the likeliest three lines are seen", 100 * counted / possible);
-        return std::nullopt;
+        return Error{fmt::format("only {:.0f} % of the likeliest three lines are seen", 100 * counted / possible)};
     }
-    if (final_fit && fit.spread > settings_.largest_spread) {
-        refusal_ = "the likeliest three lines are not straight enough for edges of a room";
-        return std::nullopt;
-    }
+    if (final_fit && fit.spread > settings_.largest_spread) return Error{"the likeliest three lines are not straight enough for edges of a room"};
     return std::max(score / unit, 0.0);
 }
 
