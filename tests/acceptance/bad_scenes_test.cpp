@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -18,9 +19,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// A scene passes or fails in one drawn world, which it may have been mended in: other worlds are drawn with ROOMFIX_SCENE_SEED (docs/bodies.md).
+std::uint64_t seed_of(std::uint64_t own) {
+    const char* other = std::getenv("ROOMFIX_SCENE_SEED");
+    return other ? std::strtoull(other, nullptr, 10) : own;
+}
+
 /// The first aisle with its camera, without robots.
 Scenario aisle(std::uint64_t seed, double frame_rate) {
-    Scenario scenario = li2014_scenario(seed);
+    Scenario scenario = li2014_scenario(seed_of(seed));
     scenario.cameras.resize(1);
     scenario.site.cameras.resize(1);
     scenario.robots.clear();
@@ -59,7 +66,7 @@ fs::path write(const std::string& name, const Scenario& scenario, double duratio
     const fs::path folder = fs::path(testing::TempDir()) / ("bad-scenes-" + name);
     fs::remove_all(folder);
     fs::create_directories(folder);
-    const auto written = write_session(scenario, folder, {.duration = duration, .background_frames = 10, .seed = seed});
+    const auto written = write_session(scenario, folder, {.duration = duration, .background_frames = 10, .seed = seed_of(seed)});
     EXPECT_TRUE(written) << written.error().message;
     return folder;
 }
