@@ -47,7 +47,7 @@ struct Drawing {
     bool shows_landmarks = false;
     bool shows_lamps = false;
     bool shows_corners = false;
-    std::string caption;                    // along the lower edge: the place that was found, or why there is none
+    std::string caption;  // along the lower edge: the place that was found, or why there is none
 };
 
 }  // namespace roomfix

@@ -1,9 +1,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "roomfix/simulate/scenario.hpp"
-
 #include "roomfix/base/random_vector.hpp"
+#include "roomfix/simulate/scenario.hpp"
 
 namespace roomfix {
 namespace {

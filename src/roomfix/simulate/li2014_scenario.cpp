@@ -1,8 +1,7 @@
 #include <cmath>
 
-#include "roomfix/simulate/scenario.hpp"
-
 #include "roomfix/base/random_vector.hpp"
+#include "roomfix/simulate/scenario.hpp"
 
 namespace roomfix {
 namespace {
