@@ -27,6 +27,7 @@ struct DrawnOutline {
 struct DrawnLandmark {
     std::string id;  // empty: none of the site, or not known which
     std::vector<Eigen::Vector2f> points;
+    std::string label{};  // above it, where it has no id
 };
 
 struct DrawnCorner {

@@ -97,7 +97,8 @@ void draw_landmark(Enlarged& large, const DrawnLandmark& landmark, LabelWriter& 
         cv::circle(large.picture, polygon.back(), 5 * 16, outline_colour, 1, cv::LINE_AA, 4);
     }
     cv::polylines(large.picture, polygon, true, outline_colour, 1, cv::LINE_AA, 4);
-    if (!landmark.id.empty()) labels.write_above(large.picture, cv::boundingRect(polygon), landmark.id);
+    const std::string& label = landmark.id.empty() ? landmark.label : landmark.id;
+    if (!label.empty()) labels.write_above(large.picture, cv::boundingRect(polygon), label);
 }
 
 void draw_corner(Enlarged& large, const DrawnCorner& corner, LabelWriter& labels) {

@@ -1,7 +1,6 @@
 // The papers' methods as published, for single pictures: the baselines that ours are compared with.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <vector>
 

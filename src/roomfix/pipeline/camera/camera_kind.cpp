@@ -31,15 +31,8 @@ Drawing drawing_of(const CameraKind& camera) {
     return std::visit([](const auto& kind) { return kind.drawing(); }, camera);
 }
 
-const std::string& reason_of(const CameraKind& camera) {
-    return std::visit([](const auto& kind) -> const std::string& { return kind.reason(); }, camera);
-}
-
 int robot_of(const CameraKind& camera) {
-    if (const auto* landmarks = std::get_if<LandmarkCamera>(&camera)) return landmarks->robot();
-    if (const auto* corners = std::get_if<CornerCamera>(&camera)) return corners->robot();
-    if (const auto* tags = std::get_if<TagCamera>(&camera)) return tags->robot();
-    return -1;
+    return std::visit([](const auto& kind) { return kind.robot(); }, camera);
 }
 
 }  // namespace roomfix

@@ -10,7 +10,7 @@
 
 namespace roomfix {
 
-/// Each has look(frame, hints), sighting(), drawing(), reason().
+/// Each has robot(), look(frame, hints), sighting(), drawing().
 using CameraKind = std::variant<FixedCamera, LandmarkCamera, CornerCamera, TagCamera>;
 
 /// By the camera's placement and by what the site has: fixed in the map, on a robot, or of known height. An error if what the site says about it does not
@@ -23,8 +23,6 @@ void look(CameraKind& camera, const PictureView& frame, const FrameHints& hints)
 Sighting sighting_of(const CameraKind& camera);
 /// The same, to be drawn into that frame.
 Drawing drawing_of(const CameraKind& camera);
-/// Why the last frame showed no robot; empty if it did.
-const std::string& reason_of(const CameraKind& camera);
 /// Index of the robot that carries it; -1: none, or unknown.
 int robot_of(const CameraKind& camera);
 

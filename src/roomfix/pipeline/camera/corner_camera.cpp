@@ -49,13 +49,17 @@ CameraHints CornerCamera::hints_for(const FrameHints& hints) const {
 void CornerCamera::look(const PictureView& frame, const FrameHints& hints) {
     const CameraHints known = hints_for(hints);
     observer_.observe(frame.grey, locator_.expected(known), seen_);
-    locator_.locate(seen_.corners, known, located_);
-    if (located_.places.empty() && located_.reason.empty()) located_.reason = seen_.reason;
+    locate(known);
 }
 
 void CornerCamera::place(CornerResult seen, const FrameHints& hints) {
     seen_ = std::move(seen);
-    locator_.locate(seen_.corners, hints_for(hints), located_);
+    locate(hints_for(hints));
+}
+
+/// From the corners of the last frame to the camera's place.
+void CornerCamera::locate(const CameraHints& hints) {
+    locator_.locate(seen_.corners, hints, located_);
     if (located_.places.empty() && located_.reason.empty()) located_.reason = seen_.reason;
 }
 

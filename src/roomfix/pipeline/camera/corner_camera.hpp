@@ -39,6 +39,7 @@ public:
 private:
     CornerCamera(const Site& site, const SiteCamera& camera, const CornerLocator& locator);
     CameraHints hints_for(const FrameHints& hints) const;
+    void locate(const CameraHints& hints);
 
     Site site_;
     bool on_robot_;

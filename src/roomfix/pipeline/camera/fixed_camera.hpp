@@ -19,13 +19,12 @@ public:
 
     const std::string& id() const { return id_; }
     const View& view() const { return observer_.view(); }
+    int robot() const { return -1; }  // none carries it
     void set_background(BackgroundModel background, ColourBackground colour) { observer_.set_background(std::move(background), std::move(colour)); }
 
     void look(const PictureView& frame, const FrameHints& hints);
     Sighting sighting() const;
     Drawing drawing() const;
-    /// Why the last frame showed no robot; empty if it did.
-    const std::string& reason() const { return result_.reason; }
     /// So much of the last frame differs from the background that the camera may have been moved.
     bool changed() const { return result_.changed; }
 

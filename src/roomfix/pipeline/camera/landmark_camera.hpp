@@ -29,8 +29,6 @@ public:
     void look(const PictureView& frame, const FrameHints& hints);
     Sighting sighting() const;
     Drawing drawing() const;
-    /// Why the last frame showed no place; empty if it did.
-    const std::string& reason() const { return located_.reason; }
 
     /// All places that the last frame and the ranges allow.
     const LocatedRobot& located() const { return located_; }

@@ -19,7 +19,7 @@ TagCamera::TagCamera(const Site& site, const SiteCamera& camera, std::optional<C
     : site_(site), model_(camera.model), detector_(site.tag_families()), locator_(site, camera), corners_(std::move(corners)) {
     for (const SiteLandmark& landmark : site.landmarks) {
         const auto* tag = std::get_if<Tag>(&landmark.kind);
-        if (tag && can_read(tag->family)) printed_.emplace_back(*tag, tag_picture(tag->family, tag->number));
+        if (tag) printed_.emplace_back(*tag, tag_picture(tag->family, tag->number));
     }
     if (const auto* known = std::get_if<KnownHeight>(&camera.placement)) robot_ = site.robot(known->robot).value_or(-1);
 }
@@ -82,7 +82,7 @@ Drawing TagCamera::drawing() const {
     for (const SeenTag& seen : seen_) {
         DrawnLandmark& tag = drawing.landmarks.emplace_back();
         tag.id = name_of_tag(seen);
-        if (tag.id.empty()) tag.id = fmt::format("{} {}", name_of(seen.family), seen.number);
+        tag.label = fmt::format("{} {}", name_of(seen.family), seen.number);
         for (const Eigen::Vector2d& corner : seen.corners) tag.points.push_back(corner.cast<float>());
     }
     if (by_corner()) return drawing;

@@ -24,8 +24,6 @@ public:
     void look(const PictureView& frame, const FrameHints& hints);
     Sighting sighting() const;
     Drawing drawing() const;
-    /// Why the last frame showed no place; empty if it did.
-    const std::string& reason() const { return by_corner() ? corners_->reason() : located_.reason; }
 
 private:
     TagCamera(const Site& site, const SiteCamera& camera, std::optional<CornerCamera> corners);
