@@ -9,25 +9,12 @@
 #include "roomfix/base/csv.hpp"
 #include "roomfix/site/read_camera.hpp"
 #include "roomfix/site/read_installed.hpp"
+#include "roomfix/site/read_outputs.hpp"
 #include "roomfix/site/read_robot.hpp"
 #include "roomfix/site/yaml_reader.hpp"
 
 namespace roomfix {
 namespace {
-
-void read_outputs(YamlReader& reader, const YAML::Node& node, Site& site) {
-    if (!node.IsDefined() || !reader.map(node, "outputs", {"jsonl", "web", "mqtt", "ros2", "history"})) return;
-    for (const char* later : {"mqtt", "ros2", "history"}) {
-        if (node[later].IsDefined()) reader.warn(node[later], fmt::format("outputs.{} is not available in this version and is ignored", later));
-    }
-    if (node["jsonl"].IsDefined()) site.outputs.jsonl = reader.text(node["jsonl"], "outputs.jsonl").value_or("");
-    if (node["web"].IsDefined() && reader.map(node["web"], "outputs.web", {"host", "port"})) {
-        WebOutput web;
-        web.host = reader.text(node["web"]["host"], "outputs.web.host").value_or(web.host);
-        web.port = reader.integer(node["web"]["port"], "outputs.web.port", 0, 65535).value_or(web.port);
-        site.outputs.web = web;
-    }
-}
 
 void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
     if (!node.IsDefined() || !reader.map(node, "site", {"name", "ceiling", "temperature", "walls", "lost"})) return;
@@ -47,6 +34,19 @@ void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
         }
         site.walls.push_back(polyline);
     }
+}
+
+SiteZone read_zone(YamlReader& reader, const std::string& id, const YAML::Node& node) {
+    SiteZone zone{id, {}};
+    const std::string what = "zones." + id;
+    if (!node.IsSequence() || node.size() < 3) {
+        reader.error(node, what + " needs three or more corners [x, y]");
+        return zone;
+    }
+    for (const auto& corner : node) {
+        if (const auto p = reader.point2(corner, what)) zone.border.push_back(*p);
+    }
+    return zone;
 }
 
 /// A camera of known height is placed by the corners and tags that it sees.
@@ -104,7 +104,7 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
         reader.error(root, "a site file is a map that starts with 'roomfix: 1'");
         return;
     }
-    reader.map(root, "the site file", {"roomfix", "site", "cameras", "robots", "landmarks", "beacons", "corners", "outputs"});
+    reader.map(root, "the site file", {"roomfix", "site", "cameras", "robots", "landmarks", "beacons", "corners", "zones", "outputs"});
     const YAML::Node version = reader.required(root, "roomfix", "the site file");
     if (version.IsDefined() && (!version.IsScalar() || version.Scalar() != "1")) {
         reader.error(version, "this is not format 1: write 'roomfix: 1', or use a newer roomfix");
@@ -113,7 +113,8 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
     for (const auto& [id, node] : reader.named(root["cameras"], "cameras")) read_camera(reader, id, node, site);
     for (const auto& [id, node] : reader.named(root["robots"], "robots")) read_robot(reader, id, node, site);
     read_installed(reader, root, site);
-    read_outputs(reader, root["outputs"], site);
+    for (const auto& [id, node] : reader.named(root["zones"], "zones")) site.zones.push_back(read_zone(reader, id, node));
+    site.outputs = read_outputs(reader, root["outputs"]);
     if (root["cameras"].IsDefined() && root["cameras"].IsMap()) check_references(reader, root, site);
 }
 

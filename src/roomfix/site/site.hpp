@@ -17,6 +17,7 @@
 #include "roomfix/geometry/onboard_view.hpp"
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/geometry/view.hpp"
+#include "roomfix/site/outputs.hpp"
 
 namespace roomfix {
 
@@ -180,16 +181,13 @@ struct SiteCorner {
     double lower_edge() const { return position.z() - moulding.value_or(0); }
 };
 
-struct WebOutput {
-    std::string host = "127.0.0.1";
-    int port = 8080;
-};
-struct Outputs {
-    std::optional<WebOutput> web;
-    std::string jsonl;  // file for fixes; empty: none
-};
-
 using Polyline = std::vector<Eigen::Vector2d>;
+
+/// An area of the floor with a name.
+struct SiteZone {
+    std::string id;
+    Polyline border;  // m, three or more corners; the last is joined to the first
+};
 
 struct Site {
     std::filesystem::path folder;  // relative paths start here
@@ -203,6 +201,7 @@ struct Site {
     std::vector<SiteLandmark> landmarks;
     std::vector<SiteBeacon> beacons;
     std::vector<SiteCorner> corners;
+    std::vector<SiteZone> zones;
     Outputs outputs;
 
     /// The families of the tags on landmarks and robots, each once.

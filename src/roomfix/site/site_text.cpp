@@ -5,6 +5,7 @@
 #include <span>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/site/outputs_text.hpp"
 
 namespace roomfix {
 namespace {
@@ -13,6 +14,12 @@ template <class Range>
 std::string list_text(const Range& values) {
     std::string text = "[";
     for (const double v : values) text += (text.size() > 1 ? ", " : "") + number_text(v);
+    return text + "]";
+}
+
+std::string points_text(const Polyline& points) {
+    std::string text = "[";
+    for (std::size_t i = 0; i < points.size(); ++i) text += (i ? ", " : "") + list_text(points[i]);
     return text + "]";
 }
 
@@ -197,9 +204,7 @@ std::string site_text(const Site& site) {
     if (!site.walls.empty()) {
         text += "  walls:\n";
         for (const Polyline& line : site.walls) {
-            text += "    - [";
-            for (std::size_t i = 0; i < line.size(); ++i) text += (i ? ", " : "") + list_text(line[i]);
-            text += "]\n";
+            text += "    - " + points_text(line) + "\n";
         }
     }
     if (!site.cameras.empty()) text += "cameras:\n";
@@ -217,11 +222,9 @@ std::string site_text(const Site& site) {
         text += fmt::format("  {}: {{position: {}, yaw_deg: {}, angle_deg: {}, sigma: {}{}}}\n", c.id, list_text(c.position), number_text(degrees(c.yaw)),
                             number_text(degrees(c.wall_angle)), number_text(c.sigma), c.moulding ? ", moulding: " + number_text(*c.moulding) : "");
     }
-    if (site.outputs.web || !site.outputs.jsonl.empty()) {
-        text += "outputs:\n";
-        if (site.outputs.web) text += fmt::format("  web: {{host: {}, port: {}}}\n", site.outputs.web->host, site.outputs.web->port);
-        if (!site.outputs.jsonl.empty()) text += "  jsonl: " + site.outputs.jsonl + "\n";
-    }
+    if (!site.zones.empty()) text += "zones:\n";
+    for (const SiteZone& zone : site.zones) text += fmt::format("  {}: {}\n", zone.id, points_text(zone.border));
+    text += outputs_text(site.outputs);
     return text;
 }
 

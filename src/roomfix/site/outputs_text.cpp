@@ -1,0 +1,52 @@
+#include "roomfix/site/outputs_text.hpp"
+
+#include <fmt/format.h>
+
+#include "roomfix/base/number.hpp"
+
+namespace roomfix {
+namespace {
+
+/// A text that YAML reads as it is, whatever is in it.
+std::string quoted(const std::string& text) {
+    std::string result = "'";
+    for (const char c : text) result += c == '\'' ? "\'\'" : std::string(1, c);
+    return result + "'";
+}
+
+std::string secret_text(const Secret& secret) { return secret.file.empty() ? "{env: " + quoted(secret.variable) + "}" : "{file: " + quoted(secret.file) + "}"; }
+
+std::string tls_text(const TlsFiles& tls) {
+    std::string text;
+    const auto add = [&](const char* key, const std::string& file) {
+        if (!file.empty()) text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", key, quoted(file));
+    };
+    add("ca", tls.ca);
+    add("certificate", tls.certificate);
+    add("key", tls.key);
+    return "{" + text + "}";
+}
+
+std::string mqtt_text(const MqttOutput& mqtt) {
+    std::string text = fmt::format("{{host: {}, port: {}, prefix: {}", quoted(mqtt.host), mqtt.port, quoted(mqtt.prefix));
+    if (!mqtt.user.empty()) text += ", user: " + quoted(mqtt.user);
+    if (mqtt.password) text += ", password: " + secret_text(*mqtt.password);
+    if (mqtt.tls) text += ", tls: " + tls_text(*mqtt.tls);
+    return text + fmt::format(", rate: {}, home_assistant: {}}}", number_text(mqtt.rate), mqtt.home_assistant);
+}
+
+}  // namespace
+
+std::string outputs_text(const Outputs& outputs) {
+    std::string text;
+    if (outputs.web) text += fmt::format("  web: {{host: {}, port: {}}}\n", quoted(outputs.web->host), outputs.web->port);
+    if (!outputs.jsonl.empty()) text += "  jsonl: " + quoted(outputs.jsonl) + "\n";
+    if (outputs.mqtt) text += "  mqtt: " + mqtt_text(*outputs.mqtt) + "\n";
+    if (outputs.ros2) text += fmt::format("  ros2: {{domain: {}, robot_transform: {}}}\n", outputs.ros2->domain, outputs.ros2->robot_transform);
+    if (outputs.history) {
+        text += fmt::format("  history: {{database: {}, days: {}}}\n", quoted(outputs.history->database), number_text(outputs.history->days));
+    }
+    return text.empty() ? "" : "outputs:\n" + text;
+}
+
+}  // namespace roomfix
