@@ -19,8 +19,7 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
-    std::string host = "127.0.0.1";
-    int port = 8080;
+    WebOutput web;
     std::string fixes;
     double seconds = 0;
     std::uint64_t seed = 1;
@@ -85,7 +84,7 @@ int demo(const Arguments& arguments) {
         }
         runner.add_sink(std::move(*file), Overflow::drop_oldest);
     }
-    auto page = PageSink::serve(tracker, arguments.host, arguments.port);
+    auto page = PageSink::serve(tracker, arguments.web, [&runner] { return runner.sink_states(); });
     if (!page) {
         complain(page.error().message);
         return bad_input;
@@ -100,7 +99,7 @@ int demo(const Arguments& arguments) {
                     "beacons and their wheels. Two of them look the same, and one passes through a room that no camera sees. From 0:30 to 0:40 of every\n"
                     "90 seconds camera {} freezes, from 0:55 to 1:15 camera {} is knocked out of its direction.\n"
                     "Open http://{}:{} in a browser. Ctrl-C ends the demo.",
-                    scenario.cameras[mishaps.freezing].id, scenario.cameras[mishaps.bumped].id, arguments.host, port));
+                    scenario.cameras[mishaps.freezing].id, scenario.cameras[mishaps.bumped].id, arguments.web.host, port));
 
     const auto start = std::chrono::steady_clock::now();
     const Nanoseconds epoch = system_now();
@@ -155,8 +154,9 @@ int demo(const Arguments& arguments) {
 void add_demo(CLI::App& app, int& exit_code) {
     auto* command = app.add_subcommand("demo", "a rendered building with robots, found live, on a map in the browser");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("--host", arguments->host, "address to serve the page on")->capture_default_str();
-    command->add_option("--port", arguments->port, "port of the page; 0 picks a free one")->capture_default_str()->check(CLI::Range(0, 65535));
+    command->add_option("--host", arguments->web.host, "address to serve the page on")->capture_default_str();
+    command->add_option("--port", arguments->web.port, "port of the page; 0 picks a free one")->capture_default_str()->check(CLI::Range(0, 65535));
+    command->add_flag("--insecure", arguments->web.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
     command->add_option("--fixes", arguments->fixes, "file for the fixes; - for stdout");
     command->add_option("--seconds", arguments->seconds, "end by itself after that long");
     command->add_option("--seed", arguments->seed, "of noise, clicks and sizes")->capture_default_str();

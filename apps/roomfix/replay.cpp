@@ -36,6 +36,7 @@ void add_replay(CLI::App& app, int& exit_code) {
     arguments->run.run.speed = 0;
     arguments->run.fixes = "-";
     arguments->run.page = false;
+    arguments->run.outputs = false;  // what is over is no news for brokers
     command->add_option("SESSION", arguments->session, "session folder")->required();
     command->add_option("--fixes", arguments->run.fixes, "file for the fixes, one JSON object per line; - for stdout")->capture_default_str();
     command->add_option("--speed", arguments->run.run.speed, "1 is real time, 0 as fast as it goes")->capture_default_str()->check(CLI::Range(0.0, 1000.0));

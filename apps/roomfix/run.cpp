@@ -41,6 +41,7 @@ void add_run(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(0.0, 1000.0));
     command->add_option("--host", arguments->options.host, "address to serve the page on (default 127.0.0.1: this machine only)");
     command->add_option("--port", arguments->options.port, "port of the page (default 8080; 0 picks a free one)")->check(CLI::Range(0, 65535));
+    command->add_flag("--insecure", arguments->options.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
     command->add_flag("--no-page", arguments->no_page, "do not serve the page");
     command->footer("Example: roomfix run examples/hall/site.yaml --fixes fixes.jsonl");
     command->callback([=, &exit_code] { exit_code = run(*arguments); });

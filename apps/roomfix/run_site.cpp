@@ -10,6 +10,7 @@
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
 #include "roomfix/pipeline/page_sink.hpp"
+#include "roomfix/pipeline/site_sinks.hpp"
 #include "several_values.hpp"
 #include "terminal.hpp"
 
@@ -44,6 +45,9 @@ static void say_what_happened(const SiteTracker& tracker, const SourceRunner& ru
     if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
     if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
     if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
+    for (const SinkState& sink : runner.sink_states()) {
+        if (sink.lost > 0) say(fmt::format("{}: {} messages were lost", sink.name, sink.lost));
+    }
     say(fmt::format("{} fixes given", fixes));
     for (const std::string& reason : tracker.robots_not_found()) say("without a fix at the end: " + reason);
 }
@@ -58,6 +62,7 @@ int run_site(const Site& site, const RunOptions& options) {
     SiteTracker& tracker = **created;
     if (auto learned = learn_backgrounds(tracker, options.background, background_on_terminal()); !learned) return give_up(learned.error());
     SourceRunner runner(tracker);
+    const Overflow overflow = options.run.on_time ? Overflow::drop_oldest : Overflow::wait;
     std::vector<Fix> kept;  // to be smoothed
     std::size_t given = 0;
     tracker.on_fixes([&](const FixBatch& batch) {
@@ -74,16 +79,23 @@ int run_site(const Site& site, const RunOptions& options) {
         if (options.smooth) {
             smoothed_file = std::move(*file);
         } else {
-            runner.add_sink(std::move(*file), options.run.on_time ? Overflow::drop_oldest : Overflow::wait);
+            runner.add_sink(std::move(*file), overflow);
+        }
+    }
+    if (options.outputs) {
+        if (auto added = add_site_sinks(runner, site, overflow); !added) return give_up(added.error());
+        for (const SinkState& sink : runner.sink_states()) {
+            if (!sink.message.empty()) say(fmt::format("{}: {}; it is tried again", sink.name, sink.message));
         }
     }
     if (options.page) {
         WebOutput web = site.outputs.web.value_or(WebOutput{});
         if (!options.host.empty()) web.host = options.host;
         if (options.port >= 0) web.port = options.port;
-        auto page = PageSink::serve(tracker, web.host, web.port);
+        web.insecure = web.insecure || options.insecure;
+        auto page = PageSink::serve(tracker, web, [&runner] { return runner.sink_states(); });
         if (!page) return give_up(page.error());
-        say(fmt::format("the map is at http://{}:{}", web.host, (*page)->port()));
+        say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
         runner.add_sink(std::move(*page), Overflow::newest_only);
     }
     if (auto ran = runner.run(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());

@@ -89,9 +89,9 @@ TEST(FixJson, IsOneLineOfValidJson) {
 
 TEST(WebServer, APortInUseIsAClearError) {
     WebServer first;
-    ASSERT_TRUE(first.start("127.0.0.1", 0));
+    ASSERT_TRUE(first.start({"127.0.0.1", 0}));
     WebServer second;
-    const auto started = second.start("127.0.0.1", first.port());
+    const auto started = second.start({"127.0.0.1", first.port()});
     ASSERT_FALSE(started);
     EXPECT_NE(started.error().message.find("--port"), std::string::npos);
 }

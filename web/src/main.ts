@@ -3,7 +3,7 @@ import { CameraCard } from './cameras';
 import { colourOf } from './colours';
 import { bestOfAll, errorClasses, errorsOf, errorText } from './errors';
 import { FloorMap } from './map';
-import type { RobotState, Site, State } from './types';
+import type { RobotState, SinkState, Site, State } from './types';
 
 function element<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);
@@ -94,7 +94,7 @@ function showRobots(robots: RobotState[]): void {
     status.textContent = robot.status;
     status.dataset.status = robot.status;
     const yaw = robot.yaw === null ? '' : `, ${((robot.yaw * 180) / Math.PI).toFixed(1)}°`;
-    row.querySelector('.place')!.textContent = `${robot.x.toFixed(3)}, ${robot.y.toFixed(3)} m${yaw}`;
+    row.querySelector('.place')!.textContent = `${robot.x.toFixed(3)}, ${robot.y.toFixed(3)} m${yaw}${robot.zones?.length ? `, in ${robot.zones.join(', ')}` : ''}`;
     row.querySelector('.quiet')!.textContent = `${uncertainty(robot.cov)}${robot.sources.length ? ` from ${robot.sources.join(', ')}` : ''}${robot.identity === undefined ? '' : `; its name is ${Math.round(100 * robot.identity)} % sure`}`;
   }
 }
@@ -110,11 +110,29 @@ function stagesText(stages: NonNullable<State['stages']>): string {
   return known.map(([stage, name]) => `${name} ${stages[stage][0].toFixed(0)} ms (95 %: ${stages[stage][1].toFixed(0)})`).join(', ');
 }
 
+function showSinks(sinks: SinkState[]): void {
+  element('outputs').hidden = sinks.length === 0;
+  element('sinks').replaceChildren(
+    ...sinks.map((sink) => {
+      const row = document.createElement('div');
+      row.className = 'sink';
+      row.innerHTML = '<b></b><span class="pill"></span><span class="quiet"></span>';
+      row.querySelector('b')!.textContent = sink.name;
+      const status = row.querySelector<HTMLElement>('.pill')!;
+      status.textContent = sink.status;
+      status.dataset.status = sink.status;
+      row.querySelector('.quiet')!.textContent = `${sink.message}${sink.lost ? `${sink.message ? '; ' : ''}${sink.lost} messages lost` : ''}`;
+      return row;
+    }),
+  );
+}
+
 function showState(state: State): void {
   map.setRobots(state.robots, state.time);
   map.setRanges(state.ranges ?? []);
   showRobots(state.robots);
   element('stages').textContent = stagesText(state.stages ?? {});
+  showSinks(state.sinks ?? []);
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
 }
 

@@ -1,7 +1,7 @@
 import { colourOf } from './colours';
 import { colourOfError, errorText } from './errors';
 import { add, points, set } from './svg';
-import type { Beacon, ErrorMap, Point, RangeCircle, RobotShape, RobotState, Site } from './types';
+import type { Beacon, ErrorMap, Point, RangeCircle, RobotShape, RobotState, Site, Zone } from './types';
 
 const trailSeconds = 30;
 const trailGap = 0.03; // m between points of a trail
@@ -25,7 +25,7 @@ interface Box {
 /** The floor plan, seen from above: x to the right, y up. */
 export class FloorMap {
   private readonly svg: SVGSVGElement;
-  private readonly layers: { errors: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
+  private readonly layers: { errors: SVGGElement; zones: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
   private readonly drawn = new Map<string, Drawn>();
   private all: Box = { x: -1, y: -1, width: 2, height: 2 };
   private shown: Box = this.all;
@@ -37,6 +37,7 @@ export class FloorMap {
     const world = add(svg, 'g', { transform: 'scale(1 -1)' });
     this.layers = {
       errors: add(world, 'g', { class: 'errors' }),
+      zones: add(world, 'g', { class: 'zones' }),
       views: add(world, 'g', { class: 'views' }),
       walls: add(world, 'g', { class: 'walls' }),
       ranges: add(world, 'g', { class: 'ranges' }),
@@ -50,10 +51,11 @@ export class FloorMap {
 
   setSite(site: Site): void {
     this.site = site;
-    for (const layer of [this.layers.views, this.layers.walls, this.layers.installed, this.layers.cameras]) layer.replaceChildren();
+    for (const layer of [this.layers.zones, this.layers.views, this.layers.walls, this.layers.installed, this.layers.cameras]) layer.replaceChildren();
     for (const landmark of site.landmarks) add(this.layers.installed, 'polygon', { points: points(landmark.points), 'data-landmark': landmark.id });
     for (const corner of site.corners) add(this.layers.installed, 'polyline', { points: points(corner.points), class: 'corner', 'data-corner': corner.id });
     for (const beacon of site.beacons) this.addBeacon(beacon);
+    for (const zone of site.zones) this.addZone(zone);
     for (const wall of site.walls) add(this.layers.walls, 'polyline', { points: points(wall) });
     for (const camera of site.cameras) {
       if (!camera.position || !camera.view) continue;
@@ -90,6 +92,13 @@ export class FloorMap {
         add(mark, 'title', {}).textContent = errorText(radius);
       }
     }
+  }
+
+  private addZone(zone: Zone): void {
+    add(this.layers.zones, 'polygon', { points: points(zone.border), 'data-zone': zone.id });
+    const left = zone.border.reduce((a, b) => (b[0] - b[1] < a[0] - a[1] ? b : a)); // its upper left corner
+    const label = add(this.layers.zones, 'text', { transform: 'scale(1 -1)', x: left[0] + 0.1, y: -left[1] + 0.28 });
+    label.textContent = zone.id;
   }
 
   private addBeacon(beacon: Beacon): void {

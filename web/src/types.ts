@@ -33,6 +33,11 @@ export interface Corner {
   points: Point[]; // a bit along its x edge, the corner, a bit along its y edge
 }
 
+export interface Zone {
+  id: string;
+  border: Point[];
+}
+
 export interface RobotShape {
   shape: 'box' | 'cylinder';
   size: number[];
@@ -47,6 +52,7 @@ export interface Site {
   landmarks: Landmark[];
   beacons: Beacon[];
   corners: Corner[];
+  zones: Zone[];
 }
 
 export interface RobotState {
@@ -57,6 +63,7 @@ export interface RobotState {
   yaw: number | null;
   cov: [number, number, number, number]; // xx, xy, yy, yaw-yaw
   sources: string[];
+  zones?: string[]; // that it is in
   identity?: number; // probability that it is this robot and not one that looks the same; absent: certain
 }
 
@@ -72,6 +79,14 @@ export interface CameraState {
   corner?: { id: string | null; edges: Segment[]; rejected: Segment[] }; // edges: along the ceiling, along the ceiling, between the walls
 }
 
+/** Where fixes go to. */
+export interface SinkState {
+  name: string;
+  status: 'ok' | 'failed';
+  message: string;
+  lost?: number; // messages that could not be passed on
+}
+
 export interface RangeCircle {
   robot: string;
   beacon: string;
@@ -83,5 +98,6 @@ export interface State {
   robots: RobotState[];
   cameras: CameraState[];
   ranges: RangeCircle[];
+  sinks?: SinkState[];
   stages?: Record<string, [number, number, number]>; // ms of each stage: median, 95 %, 99 %
 }

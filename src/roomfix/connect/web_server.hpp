@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,8 +23,27 @@ struct EmbeddedFile {
 /// The built page; empty if the program was built without it.
 const std::vector<EmbeddedFile>& page_files();
 
-/// Serves GET / and the page's files, /api/site, /api/state, /api/events (a "state" event whenever publish() is called) and
-/// /api/cameras/ID.jpg. Answers only; nothing can be changed through it.
+/// Where a server listens, and who may ask it.
+struct WebAccess {
+    std::string host = "127.0.0.1";
+    int port = 0;             // 0: a free one
+    std::string certificate;  // PEM files; empty: not encrypted
+    std::string key;
+    std::string token;  // "Authorization: Bearer TOKEN", or the password of whatever user name; empty: everybody
+};
+
+/// The values of an address behind its question mark.
+using WebQuery = std::multimap<std::string, std::string>;
+
+struct WebAnswer {
+    int status = 200;
+    std::string type = "application/json";
+    std::string body;
+};
+
+/// Serves GET / and the page's files, /api/site, /api/state, /api/events (a "state" event whenever publish() is called), /api/cameras/ID.jpg and what is added.
+/// Answers only; nothing can be changed through it. Requests are bounded in size and time, connections and event streams in number: slow and idle clients
+/// hold up nobody else.
 class WebServer {
 public:
     WebServer();
@@ -35,9 +55,11 @@ public:
     void set_site(std::string json);
     /// Called for /api/cameras/ID.jpg; an empty answer means there is no such picture (yet).
     void set_picture_source(std::function<std::vector<std::uint8_t>(const std::string& camera)> source);
+    /// Before start(): `answer` is called for `path`, from several threads at once.
+    void add_route(std::string path, std::function<WebAnswer(const WebQuery&)> answer);
 
-    /// Starts serving in threads of its own. Port 0 picks a free one. An error if the address is taken or not ours.
-    Result<void> start(const std::string& host, int port);
+    /// Starts serving in threads of its own. An error if the address is taken or not ours, or the certificate cannot be used.
+    Result<void> start(const WebAccess& access);
     int port() const;
     /// A new state for /api/state and all listeners of /api/events.
     void publish(std::string json);

@@ -16,6 +16,14 @@ struct FixBatch {
     std::vector<Fix> all;    // of every robot that anything was said of, at that time
 };
 
+/// How a sink fares, for the page and the final report.
+struct SinkState {
+    std::string name;
+    std::string status = "ok";  // ok, failed
+    std::string message;        // what is wrong, and what to do
+    long lost = 0;              // of what it should have passed on
+};
+
 /// A sink works in a thread of its own (`SinkQueue`): it may be slow, stand still or fail without anything else noticing.
 class FixSink {
 public:
@@ -27,6 +35,8 @@ public:
     virtual Result<void> give(const FixBatch& batch) = 0;
     /// After the last batch.
     virtual Result<void> finish() { return {}; }
+    /// Called from any thread; name() is put in by whoever asks.
+    virtual SinkState state() const { return {}; }
 };
 
 /// What happens where a sink cannot keep up.

@@ -7,9 +7,11 @@
 #include <thread>
 
 #include "roomfix/connect/fix_json.hpp"
+#include "roomfix/connect/secret.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/error_map.hpp"
+#include "roomfix/pipeline/metrics.hpp"
 #include "roomfix/pipeline/page_numbers.hpp"
 
 namespace roomfix {
@@ -155,6 +157,12 @@ std::string PageSink::site_json() const {
         for (const auto& p : map_points(landmark)) points.push_back(point(p.head<2>()));
         site["landmarks"].push_back({{"id", landmark.id}, {"points", points}});
     }
+    site["zones"] = json::array();
+    for (const SiteZone& zone : described.zones) {
+        json border = json::array();
+        for (const auto& p : zone.border) border.push_back(point(p));
+        site["zones"].push_back({{"id", zone.id}, {"border", border}});
+    }
     for (const SiteBeacon& beacon : described.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
     for (const SiteCorner& corner : described.corners) {
         constexpr double arm = 0.35;  // m, of its edges on the map
@@ -187,6 +195,7 @@ std::string PageSink::state_json(const FixBatch& batch) const {
         robot["yaw"] = fix.yaw_known ? json(rounded(fix.pose.yaw, 1e-4)) : json();
         robot["cov"] = {fix.covariance(0, 0), fix.covariance(0, 1), fix.covariance(1, 1), fix.covariance(2, 2)};
         if (fix.identity < 0.999) robot["identity"] = rounded(fix.identity, 1e-3);
+        if (const auto within = zones_.zones_of(fix.robot); !within.empty()) robot["zones"] = within;
         state["robots"].push_back(robot);
     }
     for (std::size_t c = 0; c < site.cameras.size(); ++c) {
@@ -202,6 +211,11 @@ std::string PageSink::state_json(const FixBatch& batch) const {
         state["cameras"].push_back(camera);
     }
     for (const RangeObservation& range : site.ranges) state["ranges"].push_back(range_json(tracker_.site(), range));
+    for (const SinkState& sink : sinks_ ? sinks_() : std::vector<SinkState>()) {
+        json told = {{"name", sink.name}, {"status", sink.status}, {"message", sink.message}};
+        if (sink.lost > 0) told["lost"] = sink.lost;
+        state["sinks"].push_back(told);
+    }
     const StageTimes& times = tracker_.stage_times();
     for (std::size_t s = 0; s < stages; ++s) {
         const StageSummary stage = times.summary(static_cast<Stage>(s));
@@ -216,17 +230,45 @@ std::vector<std::uint8_t> PageSink::picture_of(const std::string& camera) const 
     return shown ? encode_jpeg(shown->picture, 80) : std::vector<std::uint8_t>();
 }
 
-Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const std::string& host, int port) {
-    std::unique_ptr<PageSink> page(new PageSink(tracker));
+std::string PageSink::metrics() const {
+    std::vector<Fix> robots;
+    {
+        const std::lock_guard lock(mutex_);
+        robots = newest_;
+    }
+    return metrics_text(tracker_, robots, sinks_ ? sinks_() : std::vector<SinkState>());
+}
+
+Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, std::function<std::vector<SinkState>()> sinks) {
+    if (const std::string reason = refusal(web); !reason.empty()) return Error{reason};
+    WebAccess access{web.host, web.port};
+    if (web.tls) {
+        access.certificate = resolved_path(tracker.site(), web.tls->certificate);
+        access.key = resolved_path(tracker.site(), web.tls->key);
+    }
+    if (web.token) {
+        auto token = secret_text(*web.token, tracker.site(), "the token of outputs.web");
+        if (!token) return token.error();
+        access.token = *token;
+    }
+    std::unique_ptr<PageSink> page(new PageSink(tracker, std::move(sinks)));
     tracker.keep_frames();
     page->server_.set_site(page->site_json());
     page->server_.set_picture_source([shown = page.get()](const std::string& camera) { return shown->picture_of(camera); });
-    if (auto started = page->server_.start(host, port); !started) return started.error();
+    page->server_.add_route("/metrics", [shown = page.get()](const WebQuery&) { return WebAnswer{200, "text/plain; version=0.0.4", shown->metrics()}; });
+    if (auto started = page->server_.start(access); !started) return started.error();
     return page;
 }
 
 Result<void> PageSink::give(const FixBatch& batch) {
     constexpr auto least_interval = std::chrono::milliseconds(60);  // a screen needs no more
+    {
+        const std::lock_guard lock(mutex_);
+        newest_ = batch.all;
+    }
+    for (const Fix& fix : batch.all) {
+        if (!fix.unknown) (void)zones_.update(fix);
+    }
     server_.publish(state_json(batch));
     std::this_thread::sleep_for(least_interval);
     return {};

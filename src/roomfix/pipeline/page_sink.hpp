@@ -2,32 +2,42 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
 #include "roomfix/pipeline/site_tracker.hpp"
+#include "roomfix/pipeline/zone_watch.hpp"
 
 namespace roomfix {
 
 class PageSink final : public FixSink {
 public:
-    /// Serves the page from now on. `tracker`, which keeps its frames from now on, must outlive it. An error if the address is taken or not ours.
-    static Result<std::unique_ptr<PageSink>> serve(SiteTracker& tracker, const std::string& host, int port);
+    /// Serves the page from now on. `tracker`, which keeps its frames from now on, must outlive it. `sinks` says how all sinks fare; it is asked from other
+    /// threads. An error if the address is taken or not ours, or others could look who must not.
+    static Result<std::unique_ptr<PageSink>> serve(SiteTracker& tracker, const WebOutput& web, std::function<std::vector<SinkState>()> sinks = {});
 
     std::string name() const override { return "the page"; }
     int port() const { return server_.port(); }
     Result<void> give(const FixBatch& batch) override;
 
 private:
-    explicit PageSink(SiteTracker& tracker) : tracker_(tracker) {}
+    PageSink(SiteTracker& tracker, std::function<std::vector<SinkState>()> sinks) : tracker_(tracker), sinks_(std::move(sinks)), zones_(tracker.site().zones) {}
     std::string site_json() const;
     std::string state_json(const FixBatch& batch) const;
     std::vector<std::uint8_t> picture_of(const std::string& camera) const;
 
+    std::string metrics() const;
+
     SiteTracker& tracker_;
+    std::function<std::vector<SinkState>()> sinks_;
+    mutable std::mutex mutex_;  // guards:
+    std::vector<Fix> newest_;   // of each robot
+    ZoneWatch zones_;           // of the sink's thread
     WebServer server_;
 };
 

@@ -71,4 +71,16 @@ long SinkQueue::dropped() const {
     return dropped_;
 }
 
+SinkState SinkQueue::state() const {
+    SinkState state = sink_->state();
+    state.name = sink_->name();
+    const std::lock_guard lock(mutex_);
+    if (overflow_ == Overflow::drop_oldest) state.lost += dropped_;
+    if (state.status == "ok" && error_) {
+        state.status = "failed";
+        state.message = error_->message;
+    }
+    return state;
+}
+
 }  // namespace roomfix

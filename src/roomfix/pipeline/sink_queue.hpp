@@ -28,6 +28,8 @@ public:
     Result<void> finish();
     /// Batches that were thrown away.
     long dropped() const;
+    /// Of the sink, and of what waits for it.
+    SinkState state() const;
 
 private:
     void work();

@@ -30,6 +30,7 @@ SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(
 SourceRunner::~SourceRunner() = default;
 
 void SourceRunner::add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity) {
+    const std::lock_guard lock(sinks_mutex_);
     sinks_.push_back(std::make_unique<SinkQueue>(std::move(sink), capacity, overflow));
 }
 
@@ -39,6 +40,13 @@ Result<void> SourceRunner::finish_sinks() {
         if (auto finished = sink->finish(); !finished && first) first = finished;
     }
     return first;
+}
+
+std::vector<SinkState> SourceRunner::sink_states() const {
+    const std::lock_guard lock(sinks_mutex_);
+    std::vector<SinkState> states;
+    for (const auto& sink : sinks_) states.push_back(sink->state());
+    return states;
 }
 
 std::vector<std::string> SourceRunner::suspicious_inputs() const {

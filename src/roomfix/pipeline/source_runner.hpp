@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -31,10 +32,12 @@ public:
     SourceRunner(const SourceRunner&) = delete;
     SourceRunner& operator=(const SourceRunner&) = delete;
 
-    /// From now on the sink gets all fixes. `overflow`: what happens where it cannot keep up.
+    /// Before the run: the sink gets all its fixes. `overflow`: what happens where it cannot keep up.
     void add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity = 1000);
     /// Waits until every sink has what it was given. The first error of any of them.
     Result<void> finish_sinks();
+    /// From any thread.
+    std::vector<SinkState> sink_states() const;
 
     /// Runs all sources of the site to their end: recorded ones in the order of their times, live ones each in its thread. `stop` ends it
     /// early. `progress` gets 0..1.
@@ -55,6 +58,7 @@ private:
 
     SiteTracker& tracker_;
     std::unique_ptr<RecordedSenses> recorded_;
+    mutable std::mutex sinks_mutex_;  // held while a sink is added or asked; fixes go to those that were there before the run
     std::vector<std::unique_ptr<SinkQueue>> sinks_;
 };
 

@@ -22,7 +22,15 @@ struct TlsFiles {
 struct WebOutput {
     std::string host = "127.0.0.1";
     int port = 8080;
+    std::optional<TlsFiles> tls;  // none: not encrypted
+    std::optional<Secret> token;  // that whoever looks must know
+    bool insecure = false;        // others may look without either
 };
+
+/// Does this address lead to this machine only?
+bool is_loopback(const std::string& host);
+/// Why a page must not be served so; empty if it may be.
+std::string refusal(const WebOutput& web);
 
 struct MqttOutput {
     std::string host = "127.0.0.1";

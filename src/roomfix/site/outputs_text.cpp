@@ -27,6 +27,14 @@ std::string tls_text(const TlsFiles& tls) {
     return "{" + text + "}";
 }
 
+std::string web_text(const WebOutput& web) {
+    std::string text = fmt::format("{{host: {}, port: {}", quoted(web.host), web.port);
+    if (web.tls) text += ", tls: " + tls_text(*web.tls);
+    if (web.token) text += ", token: " + secret_text(*web.token);
+    if (web.insecure) text += ", insecure: true";
+    return text + "}";
+}
+
 std::string mqtt_text(const MqttOutput& mqtt) {
     std::string text = fmt::format("{{host: {}, port: {}, prefix: {}", quoted(mqtt.host), mqtt.port, quoted(mqtt.prefix));
     if (!mqtt.user.empty()) text += ", user: " + quoted(mqtt.user);
@@ -39,7 +47,7 @@ std::string mqtt_text(const MqttOutput& mqtt) {
 
 std::string outputs_text(const Outputs& outputs) {
     std::string text;
-    if (outputs.web) text += fmt::format("  web: {{host: {}, port: {}}}\n", quoted(outputs.web->host), outputs.web->port);
+    if (outputs.web) text += "  web: " + web_text(*outputs.web) + "\n";
     if (!outputs.jsonl.empty()) text += "  jsonl: " + quoted(outputs.jsonl) + "\n";
     if (outputs.mqtt) text += "  mqtt: " + mqtt_text(*outputs.mqtt) + "\n";
     if (outputs.ros2) text += fmt::format("  ros2: {{domain: {}, robot_transform: {}}}\n", outputs.ros2->domain, outputs.ros2->robot_transform);

@@ -40,9 +40,15 @@ std::optional<TlsFiles> read_tls(YamlReader& reader, const YAML::Node& node, con
 
 WebOutput read_web(YamlReader& reader, const YAML::Node& node) {
     WebOutput web;
-    if (!reader.map(node, "outputs.web", {"host", "port"})) return web;
+    if (!reader.map(node, "outputs.web", {"host", "port", "tls", "token", "insecure"})) return web;
     web.host = reader.text(node["host"], "outputs.web.host").value_or(web.host);
     web.port = reader.integer(node["port"], "outputs.web.port", 0, 65535).value_or(web.port);
+    web.tls = read_tls(reader, node["tls"], "outputs.web.tls");
+    if (web.tls && web.tls->certificate.empty()) reader.error(node["tls"], "outputs.web.tls needs a certificate and its key");
+    if (web.tls && !web.tls->ca.empty()) reader.error(node["tls"], "outputs.web.tls: a 'ca' is of no use here: who looks shows a token, no certificate");
+    web.token = read_secret(reader, node["token"], "outputs.web.token");
+    web.insecure = read_flag(reader, node["insecure"], "outputs.web.insecure", false);
+    if (const std::string reason = refusal(web); !reason.empty()) reader.error(node, "outputs.web: " + reason);
     return web;
 }
 

@@ -1,0 +1,98 @@
+#include "roomfix/pipeline/mqtt_sink.hpp"
+
+#include <fmt/format.h>
+
+#include "roomfix/connect/mqtt_payload.hpp"
+#include "roomfix/connect/secret.hpp"
+
+namespace roomfix {
+
+MqttSink::MqttSink(const Site& site, const MqttOutput& output)
+    : output_(output), topics_(output.prefix + "/" + topic_word(site.name)), node_(topic_word(output.prefix + "_" + site.name)), zones_(site.zones) {}
+
+Result<std::unique_ptr<MqttSink>> MqttSink::open(const Site& site, const MqttOutput& output) {
+    std::unique_ptr<MqttSink> sink(new MqttSink(site, output));
+    MqttConnection connection{output.host, output.port, "", output.user, "", output.tls, sink->topics_ + "/status"};
+    if (output.password) {
+        auto password = secret_text(*output.password, site, "the password of outputs.mqtt");
+        if (!password) return password.error();
+        connection.password = *password;
+    }
+    if (connection.tls) {
+        for (std::string* file : {&connection.tls->ca, &connection.tls->certificate, &connection.tls->key}) {
+            if (!file->empty()) *file = resolved_path(site, *file);
+        }
+    }
+    auto client = MqttClient::start(connection);
+    if (!client) return client.error();
+    sink->client_ = std::move(*client);
+    constexpr double patience = 2;  // s: the first fixes of a recording should not be lost
+    (void)sink->client_->wait_until_connected(patience);
+    for (const SiteRobot& robot : site.robots) {
+        if (!robot.many) sink->introduce(robot.id);
+    }
+    return sink;
+}
+
+std::string MqttSink::name() const { return fmt::format("MQTT at {}:{}", output_.host, output_.port); }
+
+/// A robot of which nothing was said yet.
+void MqttSink::introduce(const std::string& robot) {
+    last_.emplace(robot, 0);
+    client_->retain(topics_ + "/" + topic_word(robot) + "/status", "offline");
+    if (!output_.home_assistant) return;
+    for (const auto& [topic, configuration] : home_assistant_discovery(topics_, node_, robot)) client_->retain(topic, configuration);
+}
+
+/// Does the rate allow another pose?
+bool MqttSink::is_due(Nanoseconds time, Nanoseconds& last) const {
+    if (output_.rate > 0 && last > 0 && time - last < from_seconds(0.999 / output_.rate)) return false;
+    last = time;
+    return true;
+}
+
+void MqttSink::tell(const Fix& fix) {
+    const std::string base = topics_ + "/" + topic_word(fix.robot);
+    if (!last_.contains(fix.robot)) introduce(fix.robot);
+    client_->retain(base + "/status", fix.status == FixStatus::none ? "offline" : "online");
+    if (fix.status == FixStatus::none) return;
+    for (const ZoneEvent& event : zones_.update(fix)) {
+        client_->publish(topics_ + "/zones/" + event.zone, zone_payload(event.time, event.robot, event.entered));
+    }
+    const std::vector<std::string> within = zones_.zones_of(fix.robot);
+    client_->retain(base + "/zone", within.empty() ? "None" : within.front());
+    if (is_due(fix.time, last_[fix.robot])) client_->publish(base + "/pose", pose_payload(fix));
+}
+
+/// Unknown things get ever new names: those that were not seen for long are forgotten.
+void MqttSink::forget_old(Nanoseconds now) {
+    constexpr Nanoseconds long_ago = from_seconds(10);
+    std::erase_if(last_unknown_, [&](const auto& seen) { return now - seen.second > long_ago; });
+}
+
+Result<void> MqttSink::give(const FixBatch& batch) {
+    forget_old(batch.time);
+    for (const Fix& fix : batch.given) {
+        if (fix.robot.empty()) continue;
+        if (!fix.unknown) {
+            tell(fix);
+        } else if (fix.status != FixStatus::none && is_due(fix.time, last_unknown_[fix.robot])) {
+            client_->publish(topics_ + "/unknown/" + topic_word(fix.robot) + "/pose", pose_payload(fix));
+        }
+    }
+    return {};
+}
+
+Result<void> MqttSink::finish() {
+    const MqttState state = client_->state();
+    client_->disconnect();
+    if (state.connected) return {};
+    return Error{fmt::format("{}: {} messages were not sent: {}", name(), state.lost, state.problem)};
+}
+
+SinkState MqttSink::state() const {
+    const MqttState state = client_->state();
+    return {name(), state.connected ? "ok" : "failed", state.problem, state.lost};
+}
+
+}  // namespace roomfix

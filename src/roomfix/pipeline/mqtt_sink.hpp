@@ -1,0 +1,40 @@
+// Fixes, states of robots and zones to an MQTT broker.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "roomfix/connect/mqtt_client.hpp"
+#include "roomfix/pipeline/fix_sink.hpp"
+#include "roomfix/pipeline/zone_watch.hpp"
+
+namespace roomfix {
+
+class MqttSink final : public FixSink {
+public:
+    /// An error where the settings cannot work. A broker that cannot be reached is none: it is tried again and again.
+    static Result<std::unique_ptr<MqttSink>> open(const Site& site, const MqttOutput& output);
+
+    std::string name() const override;
+    Result<void> give(const FixBatch& batch) override;
+    Result<void> finish() override;
+    SinkState state() const override;
+
+private:
+    MqttSink(const Site& site, const MqttOutput& output);
+    void introduce(const std::string& robot);
+    void tell(const Fix& fix);
+    bool is_due(Nanoseconds time, Nanoseconds& last) const;
+    void forget_old(Nanoseconds now);
+
+    MqttOutput output_;
+    std::string topics_;  // PREFIX/SITE
+    std::string node_;
+    ZoneWatch zones_;
+    std::map<std::string, Nanoseconds> last_;          // pose of each robot
+    std::map<std::string, Nanoseconds> last_unknown_;  // of what is no robot
+    std::unique_ptr<MqttClient> client_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,11 @@
+// The sinks that a site file asks for.
+#pragma once
+
+#include "roomfix/pipeline/source_runner.hpp"
+
+namespace roomfix {
+
+/// All of `outputs` but the page and the file of fixes. An error where one's settings cannot work. `overflow`: where they cannot keep up.
+Result<void> add_site_sinks(SourceRunner& runner, const Site& site, Overflow overflow);
+
+}  // namespace roomfix

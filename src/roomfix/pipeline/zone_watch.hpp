@@ -1,0 +1,45 @@
+// Which zones robots are in, and when they enter and leave them.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "roomfix/observation/fix.hpp"
+#include "roomfix/site/site.hpp"
+
+namespace roomfix {
+
+/// How probable it is that a place with this covariance (m^2) lies within a border, as if the border were straight beyond the point of it that is nearest in
+/// standard deviations.
+double probability_within(const Polyline& border, const Eigen::Vector2d& place, const Eigen::Matrix2d& covariance);
+
+struct ZoneEvent {
+    Nanoseconds time = 0;
+    std::string zone;
+    std::string robot;
+    bool entered = false;  // else: left
+};
+
+struct ZoneSettings {
+    double inside = 0.95;   // a robot enters where it is within with this probability,
+    double outside = 0.05;  // and leaves where it is with this one; in between it is where it was: noise at a border is no event
+};
+
+class ZoneWatch {
+public:
+    explicit ZoneWatch(std::vector<SiteZone> zones, const ZoneSettings& settings = {}) : zones_(std::move(zones)), settings_(settings) {}
+
+    /// What a fix changes. A fix without a place changes nothing.
+    std::vector<ZoneEvent> update(const Fix& fix);
+    /// In the order of the site file.
+    std::vector<std::string> zones_of(const std::string& robot) const;
+
+private:
+    std::vector<SiteZone> zones_;
+    ZoneSettings settings_;
+    std::map<std::string, std::set<std::size_t>> within_;  // of each robot
+};
+
+}  // namespace roomfix
