@@ -148,19 +148,33 @@ void read_lens(YamlReader& reader, const YAML::Node& node, const std::filesystem
     camera.intrinsics_covariance.topLeftCorner(count, count) = p;
 }
 
+/// How the camera takes its pictures.
+CaptureSettings read_capture(YamlReader& reader, const YAML::Node& node, const std::string& what) {
+    CaptureSettings capture;
+    capture.delay = reader.number(node["delay"], what + ".delay", 0, 10);
+    const YAML::Node settings = node["capture"];
+    if (!settings.IsDefined() || !reader.map(settings, what + ".capture", {"rate", "exposure", "gain", "white_balance"})) return capture;
+    capture.rate = reader.number(settings["rate"], what + ".capture.rate", 0.1, 1000);
+    capture.exposure = reader.number(settings["exposure"], what + ".capture.exposure", 1e-5, 1);
+    capture.gain = reader.number(settings["gain"], what + ".capture.gain", 0, 1e6);
+    capture.white_balance = reader.number(settings["white_balance"], what + ".capture.white_balance", 1000, 20000);
+    return capture;
+}
+
 }  // namespace
 
 void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
     const std::string what = "cameras." + id;
     if (!reader.map(node, what,
                     {"source", "size", "intrinsics", "distortion", "distortion_model", "lens_grid", "pose", "floor_points", "floor_points_sigma", "mount",
-                     "height", "height_sigma", "robot", "background", "time_offset_sigma"})) {
+                     "height", "height_sigma", "robot", "background", "time_offset_sigma", "delay", "capture"})) {
         return;
     }
     SiteCamera camera;
     camera.id = id;
     camera.source = reader.text(reader.required(node, "source", what), what + ".source").value_or("");
     camera.time_offset_sigma = reader.number(node["time_offset_sigma"], what + ".time_offset_sigma", 0, 10).value_or(0);
+    camera.capture = read_capture(reader, node, what);
     camera.background = reader.text(node["background"], what + ".background").value_or("");
     const auto size = reader.numbers(reader.required(node, "size", what), what + ".size", 2, 1, 32768);
     read_lens(reader, node, site.folder, what, camera);

@@ -58,6 +58,19 @@ struct PlacementText {
     }
 };
 
+std::string capture_text(const CaptureSettings& capture) {
+    std::string text, settings;
+    if (capture.delay) text += "    delay: " + number_text(*capture.delay) + "\n";
+    const auto add = [&](const char* key, const std::optional<double>& value) {
+        if (value) settings += (settings.empty() ? "" : ", ") + (key + (": " + number_text(*value)));
+    };
+    add("rate", capture.rate);
+    add("exposure", capture.exposure);
+    add("gain", capture.gain);
+    add("white_balance", capture.white_balance);
+    return settings.empty() ? text : text + "    capture: {" + settings + "}\n";
+}
+
 std::string camera_text(const SiteCamera& camera) {
     const CameraModel& m = camera.model;
     std::string text = fmt::format("  {}:\n    source: {}\n    size: [{}, {}]\n", camera.id, camera.source, m.width, m.height);
@@ -66,6 +79,7 @@ std::string camera_text(const SiteCamera& camera) {
     text += camera.lens_grid.empty() ? "    distortion: " + distortion_text(m) + "\n" : "    lens_grid: " + camera.lens_grid + "\n";
     text += std::visit(PlacementText{camera.model}, camera.placement);
     if (camera.time_offset_sigma > 0) text += "    time_offset_sigma: " + number_text(camera.time_offset_sigma) + "\n";
+    text += capture_text(camera.capture);
     if (!camera.background.empty()) text += "    background: " + camera.background + "\n";
     return text;
 }
