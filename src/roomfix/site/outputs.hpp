@@ -19,6 +19,7 @@ struct TlsFiles {
     std::string key;
 };
 
+/// Where a server of this program listens, and who may ask it.
 struct WebOutput {
     std::string host = "127.0.0.1";
     int port = 8080;
@@ -29,8 +30,8 @@ struct WebOutput {
 
 /// Does this address lead to this machine only?
 bool is_loopback(const std::string& host);
-/// Why a page must not be served so; empty if it may be.
-std::string refusal(const WebOutput& web);
+/// Why `what` must not listen so; empty if it may.
+std::string refusal(const WebOutput& web, const std::string& what);
 
 struct MqttOutput {
     std::string host = "127.0.0.1";
@@ -57,9 +58,11 @@ struct HistoryOutput {
 struct Outputs {
     std::optional<WebOutput> web;
     std::string jsonl;  // file for fixes; empty: none
+    std::string tum;    // folder for each robot's way as evo reads it; empty: none
     std::optional<MqttOutput> mqtt;
     std::optional<Ros2Output> ros2;
     std::optional<HistoryOutput> history;
+    std::optional<WebOutput> foxglove;
 };
 
 }  // namespace roomfix
