@@ -240,7 +240,7 @@ std::string PageSink::metrics() const {
 }
 
 Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, std::function<std::vector<SinkState>()> sinks) {
-    if (const std::string reason = refusal(web); !reason.empty()) return Error{reason};
+    if (const std::string reason = refusal(web, "the page"); !reason.empty()) return Error{reason};
     WebAccess access{web.host, web.port};
     if (web.tls) {
         access.certificate = resolved_path(tracker.site(), web.tls->certificate);

@@ -6,11 +6,10 @@ namespace roomfix {
 
 bool is_loopback(const std::string& host) { return host == "localhost" || host == "::1" || host.starts_with("127."); }
 
-std::string refusal(const WebOutput& web) {
+std::string refusal(const WebOutput& web, const std::string& what) {
     if (is_loopback(web.host) || web.insecure || (web.tls && web.token)) return "";
     return fmt::format(
-        "the page would be open to everybody who reaches {}: give it 'tls' and a 'token' (outputs.web in the site file), or allow it by "
-        "'insecure: true' or --insecure",
+        "{} would be open to everybody who reaches {}: give it 'tls' and a 'token' in the site file, or allow it by 'insecure: true' or --insecure", what,
         web.host);
 }
 

@@ -49,6 +49,8 @@ std::string outputs_text(const Outputs& outputs) {
     std::string text;
     if (outputs.web) text += "  web: " + web_text(*outputs.web) + "\n";
     if (!outputs.jsonl.empty()) text += "  jsonl: " + quoted(outputs.jsonl) + "\n";
+    if (!outputs.tum.empty()) text += "  tum: " + quoted(outputs.tum) + "\n";
+    if (outputs.foxglove) text += "  foxglove: " + web_text(*outputs.foxglove) + "\n";
     if (outputs.mqtt) text += "  mqtt: " + mqtt_text(*outputs.mqtt) + "\n";
     if (outputs.ros2) text += fmt::format("  ros2: {{domain: {}, robot_transform: {}}}\n", outputs.ros2->domain, outputs.ros2->robot_transform);
     if (outputs.history) {

@@ -38,17 +38,18 @@ std::optional<TlsFiles> read_tls(YamlReader& reader, const YAML::Node& node, con
     return tls;
 }
 
-WebOutput read_web(YamlReader& reader, const YAML::Node& node) {
+WebOutput read_listening(YamlReader& reader, const YAML::Node& node, const std::string& what, int port) {
     WebOutput web;
-    if (!reader.map(node, "outputs.web", {"host", "port", "tls", "token", "insecure"})) return web;
-    web.host = reader.text(node["host"], "outputs.web.host").value_or(web.host);
-    web.port = reader.integer(node["port"], "outputs.web.port", 0, 65535).value_or(web.port);
-    web.tls = read_tls(reader, node["tls"], "outputs.web.tls");
-    if (web.tls && web.tls->certificate.empty()) reader.error(node["tls"], "outputs.web.tls needs a certificate and its key");
-    if (web.tls && !web.tls->ca.empty()) reader.error(node["tls"], "outputs.web.tls: a 'ca' is of no use here: who looks shows a token, no certificate");
-    web.token = read_secret(reader, node["token"], "outputs.web.token");
-    web.insecure = read_flag(reader, node["insecure"], "outputs.web.insecure", false);
-    if (const std::string reason = refusal(web); !reason.empty()) reader.error(node, "outputs.web: " + reason);
+    web.port = port;
+    if (!reader.map(node, what, {"host", "port", "tls", "token", "insecure"})) return web;
+    web.host = reader.text(node["host"], what + ".host").value_or(web.host);
+    web.port = reader.integer(node["port"], what + ".port", 0, 65535).value_or(web.port);
+    web.tls = read_tls(reader, node["tls"], what + ".tls");
+    if (web.tls && web.tls->certificate.empty()) reader.error(node["tls"], what + ".tls needs a certificate and its key");
+    if (web.tls && !web.tls->ca.empty()) reader.error(node["tls"], what + ".tls: a 'ca' is of no use here: who looks shows a token, no certificate");
+    web.token = read_secret(reader, node["token"], what + ".token");
+    web.insecure = read_flag(reader, node["insecure"], what + ".insecure", false);
+    if (const std::string reason = refusal(web, what); !reason.empty()) reader.error(node, reason);
     return web;
 }
 
@@ -99,9 +100,11 @@ HistoryOutput read_history(YamlReader& reader, const YAML::Node& node) {
 
 Outputs read_outputs(YamlReader& reader, const YAML::Node& node) {
     Outputs outputs;
-    if (!node.IsDefined() || !reader.map(node, "outputs", {"jsonl", "web", "mqtt", "ros2", "history"})) return outputs;
+    if (!node.IsDefined() || !reader.map(node, "outputs", {"jsonl", "tum", "web", "mqtt", "ros2", "history", "foxglove"})) return outputs;
     if (node["jsonl"].IsDefined()) outputs.jsonl = reader.text(node["jsonl"], "outputs.jsonl").value_or("");
-    if (node["web"].IsDefined()) outputs.web = read_web(reader, node["web"]);
+    if (node["web"].IsDefined()) outputs.web = read_listening(reader, node["web"], "outputs.web", 8080);
+    if (node["foxglove"].IsDefined()) outputs.foxglove = read_listening(reader, node["foxglove"], "outputs.foxglove", 8765);
+    if (node["tum"].IsDefined()) outputs.tum = reader.text(node["tum"], "outputs.tum").value_or("");
     if (node["mqtt"].IsDefined()) outputs.mqtt = read_mqtt(reader, node["mqtt"]);
     if (node["ros2"].IsDefined()) outputs.ros2 = read_ros2(reader, node["ros2"]);
     if (node["history"].IsDefined()) outputs.history = read_history(reader, node["history"]);
