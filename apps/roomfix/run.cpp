@@ -1,7 +1,9 @@
+#include <csignal>
 #include <memory>
 
 #include "commands.hpp"
 #include "roomfix/base/worker_pool.hpp"
+#include "roomfix/pipeline/site_watch.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
 #include "several_values.hpp"
@@ -17,13 +19,21 @@ struct Arguments {
 };
 
 int run(Arguments arguments) {
-    const auto site = load_site(arguments.site);
-    if (!site) {
-        complain("the site file cannot be used:\n" + site.error().message);
-        return bad_input;
-    }
     arguments.options.page = !arguments.no_page;
-    return run_site(*site, arguments.options);
+    std::signal(SIGPIPE, SIG_IGN);  // a peer that is gone is an error where it is written to
+    while (true) {
+        const auto site = load_site(arguments.site);
+        if (!site) {
+            complain("the site file cannot be used:\n" + site.error().message);
+            return bad_input;
+        }
+        const SiteWatch watch(arguments.site, stop_requested(),
+                              [](const std::string& mistakes) { complain("the site file was changed, but cannot be used; the old one stays:\n" + mistakes); });
+        arguments.options.stop = &watch.ends();
+        const int code = run_site(*site, arguments.options);
+        if (!watch.changed()) return code;
+        say("the site file was changed: beginning anew with it");
+    }
 }
 
 }  // namespace

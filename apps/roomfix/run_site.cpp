@@ -83,9 +83,9 @@ int run_site(const Site& site, const RunOptions& options) {
         }
     }
     if (options.outputs) {
-        if (auto added = add_site_sinks(runner, site, overflow); !added) return give_up(added.error());
+        if (auto added = add_site_sinks(runner, tracker, overflow); !added) return give_up(added.error());
         for (const SinkState& sink : runner.sink_states()) {
-            if (!sink.message.empty()) say(fmt::format("{}: {}; it is tried again", sink.name, sink.message));
+            say(sink.message.empty() ? "fixes go to: " + sink.name : fmt::format("{}: {}; it is tried again", sink.name, sink.message));
         }
     }
     if (options.page) {
@@ -98,7 +98,7 @@ int run_site(const Site& site, const RunOptions& options) {
         say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
         runner.add_sink(std::move(*page), Overflow::newest_only);
     }
-    if (auto ran = runner.run(options.run, stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
+    if (auto ran = runner.run(options.run, options.stop ? *options.stop : stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
     Result<void> written = runner.finish_sinks();
     if (options.smooth) {
         const Smoothed smoothed = smooth(tracker.tracker(), kept, *options.smooth, progress_bar("smoothing"));

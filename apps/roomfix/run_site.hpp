@@ -16,12 +16,13 @@ struct RunOptions {
     std::string fixes;  // file, "-" for stdout, empty: as the site file says
     bool page = true;
     bool outputs = true;  // those of the site file: brokers, databases
-    std::string host;  // of the page; empty: as the site file says
+    std::string host;     // of the page; empty: as the site file says
     int port = -1;
     bool insecure = false;  // the page may be open to everybody who reaches this machine
     RunSettings run;
-    std::optional<SmootherSettings> smooth;  // fixes are smoothed after the end
-    std::vector<std::string> background;     // for all cameras; empty: as the site file says
+    const std::atomic<bool>* stop = nullptr;  // ends it early; null: what the terminal says
+    std::optional<SmootherSettings> smooth;   // fixes are smoothed after the end
+    std::vector<std::string> background;      // for all cameras; empty: as the site file says
 };
 
 /// Adds --background and --threads (by default all that the machine has) to a command that goes through a recording.

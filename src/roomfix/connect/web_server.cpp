@@ -8,7 +8,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include "roomfix/connect/connection_threads.hpp"
@@ -21,52 +20,6 @@ constexpr int most_event_streams = 400;   // the rest is left for questions that
 constexpr int waiting_connections = 512;  // that the system keeps until they are accepted
 constexpr int patience = 5;               // s: for a request to come, and for a client to take its answer
 constexpr std::size_t largest_body = 64 * 1024;
-
-/// Without letting the time that it takes tell how much of it was right.
-bool same(const std::string& a, const std::string& b) {
-    if (a.size() != b.size()) return false;
-    unsigned char difference = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) difference = static_cast<unsigned char>(difference | (a[i] ^ b[i]));
-    return difference == 0;
-}
-
-/// The bytes of a base64 text; nothing if it is none.
-std::optional<std::string> from_base64(std::string_view text) {
-    std::string bytes;
-    unsigned bits = 0;
-    int count = 0;
-    while (text.ends_with('=')) text.remove_suffix(1);
-    for (const char c : text) {
-        unsigned value = 0;
-        if (c >= 'A' && c <= 'Z')
-            value = static_cast<unsigned>(c - 'A');
-        else if (c >= 'a' && c <= 'z')
-            value = static_cast<unsigned>(c - 'a') + 26;
-        else if (c >= '0' && c <= '9')
-            value = static_cast<unsigned>(c - '0') + 52;
-        else if (c == '+')
-            value = 62;
-        else if (c == '/')
-            value = 63;
-        else
-            return std::nullopt;
-        bits = bits << 6 | value;
-        count += 6;
-        if (count < 8) continue;
-        count -= 8;
-        bytes += static_cast<char>(bits >> count & 0xff);
-    }
-    return bytes;
-}
-
-/// Does an Authorization header show the token?
-bool shows(const std::string& header, const std::string& token) {
-    if (header.starts_with("Bearer ")) return same(header.substr(7), token);
-    if (!header.starts_with("Basic ")) return false;
-    const auto pair = from_base64(std::string_view(header).substr(6));
-    const std::size_t colon = pair ? pair->find(':') : std::string::npos;
-    return colon != std::string::npos && same(pair->substr(colon + 1), token);
-}
 
 }  // namespace
 
@@ -191,7 +144,7 @@ void WebServer::Impl::set_limits() {
 /// Who does not show the token gets no answer but where to put it.
 void WebServer::Impl::ask_for(const std::string& token) {
     server->set_pre_routing_handler([token](const httplib::Request& request, httplib::Response& response) {
-        if (shows(request.get_header_value("Authorization"), token)) return httplib::Server::HandlerResponse::Unhandled;
+        if (shows_token(request.get_header_value("Authorization"), token)) return httplib::Server::HandlerResponse::Unhandled;
         response.status = 401;
         response.set_header("WWW-Authenticate", "Basic realm=\"roomfix: any name, the token as password\"");
         response.set_content("a token is needed\n", "text/plain");

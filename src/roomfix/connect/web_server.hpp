@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "roomfix/base/result.hpp"
+#include "roomfix/connect/web_access.hpp"
 
 namespace roomfix {
 
@@ -22,15 +22,6 @@ struct EmbeddedFile {
 
 /// The built page; empty if the program was built without it.
 const std::vector<EmbeddedFile>& page_files();
-
-/// Where a server listens, and who may ask it.
-struct WebAccess {
-    std::string host = "127.0.0.1";
-    int port = 0;             // 0: a free one
-    std::string certificate;  // PEM files; empty: not encrypted
-    std::string key;
-    std::string token;  // "Authorization: Bearer TOKEN", or the password of whatever user name; empty: everybody
-};
 
 /// The values of an address behind its question mark.
 using WebQuery = std::multimap<std::string, std::string>;

@@ -7,6 +7,7 @@
 
 #include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
+#include "roomfix/observation/tum_line.hpp"
 #include "roomfix/base/text_file.hpp"
 #include "roomfix/base/text_lines.hpp"
 
@@ -143,11 +144,7 @@ std::optional<TruePose> pose_at(const std::vector<StampedPose>& poses, Nanosecon
 
 std::string tum_text(const std::vector<StampedPose>& poses) {
     std::string text;
-    for (const StampedPose& p : poses) {
-        const double half = p.yaw_known ? 0.5 * p.pose.yaw : 0;
-        text += fmt::format("{} {} {} 0 0 0 {} {}\n", seconds_text(p.time), number_text(p.pose.x), number_text(p.pose.y), number_text(std::sin(half)),
-                            number_text(std::cos(half)));
-    }
+    for (const StampedPose& p : poses) text += tum_line(p.time, p.pose, p.yaw_known);
     return text;
 }
 

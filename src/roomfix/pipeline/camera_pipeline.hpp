@@ -13,6 +13,7 @@ namespace roomfix {
 struct ShownFrame {
     LumaImage picture;
     Drawing drawing;
+    Nanoseconds time = 0;
 };
 
 class CameraPipeline {

@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "roomfix/connect/fix_json.hpp"
-#include "roomfix/connect/secret.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/error_map.hpp"
@@ -240,23 +239,14 @@ std::string PageSink::metrics() const {
 }
 
 Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, std::function<std::vector<SinkState>()> sinks) {
-    if (const std::string reason = refusal(web, "the page"); !reason.empty()) return Error{reason};
-    WebAccess access{web.host, web.port};
-    if (web.tls) {
-        access.certificate = resolved_path(tracker.site(), web.tls->certificate);
-        access.key = resolved_path(tracker.site(), web.tls->key);
-    }
-    if (web.token) {
-        auto token = secret_text(*web.token, tracker.site(), "the token of outputs.web");
-        if (!token) return token.error();
-        access.token = *token;
-    }
+    auto access = web_access(web, tracker.site(), "the page");
+    if (!access) return access.error();
     std::unique_ptr<PageSink> page(new PageSink(tracker, std::move(sinks)));
     tracker.keep_frames();
     page->server_.set_site(page->site_json());
     page->server_.set_picture_source([shown = page.get()](const std::string& camera) { return shown->picture_of(camera); });
     page->server_.add_route("/metrics", [shown = page.get()](const WebQuery&) { return WebAnswer{200, "text/plain; version=0.0.4", shown->metrics()}; });
-    if (auto started = page->server_.start(access); !started) return started.error();
+    if (auto started = page->server_.start(*access); !started) return started.error();
     return page;
 }
 

@@ -6,6 +6,6 @@
 namespace roomfix {
 
 /// All of `outputs` but the page and the file of fixes. An error where one's settings cannot work. `overflow`: where they cannot keep up.
-Result<void> add_site_sinks(SourceRunner& runner, const Site& site, Overflow overflow);
+Result<void> add_site_sinks(SourceRunner& runner, SiteTracker& tracker, Overflow overflow);
 
 }  // namespace roomfix

@@ -215,7 +215,11 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
         state.rate = state.rate == 0 ? rate : 0.9 * state.rate + 0.1 * rate;
     }
     camera.last_wall = now;
-    if (keeps_frames_) camera.shown = std::make_shared<const ShownFrame>(camera.pipeline->shown(frame.image.grey));
+    if (keeps_frames_) {
+        auto shown = std::make_shared<ShownFrame>(camera.pipeline->shown(frame.image.grey));
+        shown->time = frame.time;
+        camera.shown = std::move(shown);
+    }
     const double before = wall_clock();
     const Sighting sighting = camera.pipeline->sighting();
     tell(tracker_, frame.time, camera.pipeline->id(), sighting);

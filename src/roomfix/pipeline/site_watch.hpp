@@ -1,0 +1,34 @@
+// Notices that a site file was written anew while it is in use.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+
+namespace roomfix {
+
+/// Looks at the file twice a second, in a thread of its own.
+class SiteWatch {
+public:
+    /// `stop`: a wish to end altogether. `refused` gets the mistakes of a new file that cannot be used, from the watch's thread: the old one stays.
+    SiteWatch(std::filesystem::path file, const std::atomic<bool>& stop, std::function<void(const std::string& mistakes)> refused);
+    ~SiteWatch();
+    SiteWatch(const SiteWatch&) = delete;
+    SiteWatch& operator=(const SiteWatch&) = delete;
+
+    /// Set once there is a new file that can be used, or `stop` is set.
+    const std::atomic<bool>& ends() const { return ends_; }
+    /// Is there a new file?
+    bool changed() const { return changed_; }
+
+private:
+    void watch(const std::atomic<bool>& stop, const std::function<void(const std::string&)>& refused);
+
+    std::filesystem::path file_;
+    std::atomic<bool> leaving_{false}, changed_{false}, ends_{false};
+    std::thread thread_;
+};
+
+}  // namespace roomfix
