@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/text_file.hpp"
+#include "roomfix/connect/json_text.hpp"
 
 namespace roomfix {
 namespace {
@@ -26,24 +28,44 @@ std::optional<Columns> read_header(std::string_view line) {
     return columns;
 }
 
-Result<OdometryObservation> read_line(std::string_view line, const Columns& columns, const Site& site, int robot) {
+/// What a line says, as text; no robot: it does not say.
+struct OdometryText {
+    std::string time, x, y, yaw;
+    std::optional<std::string> robot;
+};
+
+OdometryText text_of_csv(std::string_view line, const Columns& columns) {
     const auto fields = csv_fields(line);
-    const auto field = [&](int column) { return csv_field(fields, column); };
+    const auto field = [&](int column) { return std::string(csv_field(fields, column)); };
+    OdometryText text{field(columns.time), field(columns.x), field(columns.y), field(columns.yaw), std::nullopt};
+    if (columns.robot >= 0) text.robot = field(columns.robot);
+    return text;
+}
+
+Result<OdometryText> text_of_json(std::string_view line) {
+    const auto json = nlohmann::json::parse(line, nullptr, false);
+    if (!json.is_object()) return Error{"it is no JSON object"};
+    OdometryText text{json_text(json, "time"), json_text(json, "x"), json_text(json, "y"), json_text(json, "yaw"), std::nullopt};
+    if (json.contains("robot")) text.robot = json_text(json, "robot");
+    return text;
+}
+
+Result<OdometryObservation> observation_of(const OdometryText& text, const Site& site, int robot) {
     OdometryObservation pose;
-    const auto time = parse_seconds(field(columns.time));
-    if (!time) return Error{fmt::format("'{}' is no time in seconds", field(columns.time))};
+    const auto time = parse_seconds(text.time);
+    if (!time) return Error{fmt::format("'{}' is no time in seconds", text.time)};
     pose.time = *time;
     pose.robot = robot;
-    if (columns.robot >= 0) {
-        const auto index = site.robot(std::string(field(columns.robot)));
-        if (!index) return Error{fmt::format("the site has no robot '{}'", field(columns.robot))};
+    if (text.robot) {
+        const auto index = site.robot(*text.robot);
+        if (!index) return Error{fmt::format("the site has no robot '{}'", *text.robot)};
         pose.robot = *index;
     }
     if (pose.robot < 0) return Error{"it names no robot: add a column 'robot'"};
-    const std::array<std::pair<int, double*>, 3> values = {{{columns.x, &pose.pose.x}, {columns.y, &pose.pose.y}, {columns.yaw, &pose.pose.yaw}}};
-    for (const auto& [column, value] : values) {
-        const auto number = parse_number(field(column));
-        if (!number) return Error{fmt::format("'{}' is no number", field(column))};
+    const std::array<std::pair<const std::string*, double*>, 3> values = {{{&text.x, &pose.pose.x}, {&text.y, &pose.pose.y}, {&text.yaw, &pose.pose.yaw}}};
+    for (const auto& [said, value] : values) {
+        const auto number = parse_number(*said);
+        if (!number) return Error{fmt::format("'{}' is no number", *said)};
         *value = *number;
     }
     return pose;
@@ -55,25 +77,31 @@ Result<OdometryBatch> parse_odometry(std::string_view text, const Site& site, in
     OdometryBatch batch;
     std::optional<Columns> columns;
     long number = 0;
+    bool read = false;
     while (!text.empty()) {
         const std::size_t end = text.find('\n');
         const std::string_view line = text.substr(0, end);
         text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
         ++number;
-        if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
-        if (!columns) {
+        const std::size_t first = line.find_first_not_of(" \t\r");
+        if (first == std::string_view::npos) continue;
+        const bool json = line[first] == '{';
+        if (!json && !columns) {
             columns = read_header(line);
             if (!columns) return Error{"the first line must name the columns time,robot,x,y,yaw"};
+            read = true;
             continue;
         }
-        const auto pose = read_line(line, *columns, site, robot);
+        read = true;
+        const auto said = json ? text_of_json(line) : Result<OdometryText>(text_of_csv(line, *columns));
+        const auto pose = said ? observation_of(*said, site, robot) : Result<OdometryObservation>(said.error());
         if (pose) {
             batch.poses.push_back(*pose);
         } else if (batch.problems.size() < most_problems) {
             batch.problems.push_back(fmt::format("line {}: {}", number, pose.error().message));
         }
     }
-    if (!columns) return Error{"it is empty: the first line must name the columns time,robot,x,y,yaw"};
+    if (!read) return Error{"it is empty: the first line must name the columns time,robot,x,y,yaw"};
     return batch;
 }
 

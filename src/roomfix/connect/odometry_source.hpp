@@ -16,7 +16,8 @@ struct OdometryBatch {
     std::vector<std::string> problems;       // one sentence per line that was not used
 };
 
-/// CSV with a header that names `time`, `x`, `y`, `yaw` (s, m, m, rad) and perhaps `robot`, in any order; more columns are ignored. Lines
+/// CSV with a header that names `time`, `x`, `y`, `yaw` (s, m, m, rad) and perhaps `robot`, in any order; more columns are ignored; or JSON lines with the
+/// same names. Lines
 /// without a robot are `robot`'s (index in the site). Bad lines cost themselves only; an error if the header does not fit.
 Result<OdometryBatch> parse_odometry(std::string_view text, const Site& site, int robot);
 

@@ -9,6 +9,7 @@
 #include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/text_file.hpp"
+#include "roomfix/connect/json_text.hpp"
 
 namespace roomfix {
 namespace {
@@ -20,12 +21,6 @@ constexpr double farthest = 1000;  // m: nothing indoors is seen from farther
 struct SightingText {
     std::string time, robot, landmark, range, bearing, range_sigma, bearing_sigma;
 };
-
-/// Text of a JSON value: a string's content, a number's digits.
-std::string json_text(const nlohmann::json& json, const char* key) {
-    if (!json.contains(key) || json[key].is_null()) return "";
-    return json[key].is_string() ? json[key].get<std::string>() : json[key].dump();
-}
 
 Result<SightingText> text_of_json(std::string_view line) {
     const auto json = nlohmann::json::parse(line, nullptr, false);

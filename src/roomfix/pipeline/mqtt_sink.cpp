@@ -10,9 +10,8 @@ namespace roomfix {
 MqttSink::MqttSink(const Site& site, const MqttOutput& output)
     : output_(output), topics_(output.prefix + "/" + topic_word(site.name)), node_(topic_word(output.prefix + "_" + site.name)), zones_(site.zones) {}
 
-Result<std::unique_ptr<MqttSink>> MqttSink::open(const Site& site, const MqttOutput& output) {
-    std::unique_ptr<MqttSink> sink(new MqttSink(site, output));
-    MqttConnection connection{output.host, output.port, "", output.user, "", output.tls, sink->topics_ + "/status"};
+Result<MqttConnection> mqtt_connection(const Site& site, const MqttOutput& output) {
+    MqttConnection connection{output.host, output.port, "", output.user, "", output.tls, ""};
     if (output.password) {
         auto password = secret_text(*output.password, site, "the password of outputs.mqtt");
         if (!password) return password.error();
@@ -23,7 +22,15 @@ Result<std::unique_ptr<MqttSink>> MqttSink::open(const Site& site, const MqttOut
             if (!file->empty()) *file = resolved_path(site, *file);
         }
     }
-    auto client = MqttClient::start(connection);
+    return connection;
+}
+
+Result<std::unique_ptr<MqttSink>> MqttSink::open(const Site& site, const MqttOutput& output) {
+    std::unique_ptr<MqttSink> sink(new MqttSink(site, output));
+    auto connection = mqtt_connection(site, output);
+    if (!connection) return connection.error();
+    connection->status_topic = sink->topics_ + "/status";
+    auto client = MqttClient::start(*connection);
     if (!client) return client.error();
     sink->client_ = std::move(*client);
     constexpr double patience = 2;  // s: the first fixes of a recording should not be lost

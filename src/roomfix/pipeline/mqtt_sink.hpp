@@ -11,6 +11,9 @@
 
 namespace roomfix {
 
+/// How to reach the broker, with the password. An error where that is not there.
+Result<MqttConnection> mqtt_connection(const Site& site, const MqttOutput& output);
+
 class MqttSink final : public FixSink {
 public:
     /// An error where the settings cannot work. A broker that cannot be reached is none: it is tried again and again.

@@ -1,0 +1,32 @@
+#include "roomfix/connect/sender_clock.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace roomfix {
+namespace {
+
+constexpr double earliest = -0.002;  // s: a reading that comes sooner than this after it was taken shows that the clocks differ
+constexpr double latest = 0.05;      // s: within a building, nothing that is sent at once takes longer at its fastest
+
+}  // namespace
+
+bool SenderClock::agrees() const { return least_ >= earliest && least_ <= latest; }
+
+Nanoseconds SenderClock::ours(Nanoseconds stamp, Nanoseconds arrival, double steady) {
+    offset_.add(steady, to_seconds(arrival - stamp));
+    least_ = offset_.at(steady);
+    return agrees() ? stamp : stamp + from_seconds(least_);
+}
+
+std::string SenderClock::told() const {
+    if (offset_.empty()) return "";
+    const double drift = 1e6 * offset_.drift();
+    if (agrees())
+        return fmt::format("its clock agrees with ours; readings take {:.1f} ms to come, and {:.1f} ms more at times", 1e3 * least_, 1e3 * offset_.jitter());
+    return fmt::format("its clock is {:.3f} s {} ours and drifts by {:.0f} ppm: its times are moved by that; let both follow NTP", std::abs(least_),
+                       least_ > 0 ? "behind" : "ahead of", drift);
+}
+
+}  // namespace roomfix
