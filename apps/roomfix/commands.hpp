@@ -18,5 +18,6 @@ void add_simulate(CLI::App& app, int& exit_code);
 void add_reproduce(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
+void add_cameras(CLI::App& app, int& exit_code);
 
 }  // namespace roomfix

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     roomfix::add_reproduce(app, exit_code);
     roomfix::add_calibrate(app, exit_code);
     roomfix::add_check(app, exit_code);
+    roomfix::add_cameras(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& problem) {

@@ -37,6 +37,7 @@ static void say_what_happened(const SiteTracker& tracker, const SourceRunner& ru
         const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
         say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
                         state.message));
+        if (!state.note.empty()) say(fmt::format("camera {}: {}", state.id, state.note));
     }
     if (tracker.stage_times().summary(Stage::moment).count > 0) say(tracker.stage_times().text());
     for (const std::string& problem : tracker.line_problems()) say("not used: " + problem);

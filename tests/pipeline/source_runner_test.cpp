@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -68,6 +69,11 @@ Site hall(int cameras) {
     return site;
 }
 
+LiveFrames::Listener never_fails(std::function<void(std::size_t)> ended) {
+    const auto fail = [](std::size_t, const std::string& message) { FAIL() << message; };
+    return {fail, fail, std::move(ended)};
+}
+
 /// Ten times more frames than can be looked at: what is looked at is fresh, and what is not is counted, and mostly not even decoded.
 TEST(LiveFrames, TenTimesMoreThanCanBeTakenLeavesTheNewest) {
     GreyFrames source(400, 0.002, true, 0);
@@ -76,8 +82,7 @@ TEST(LiveFrames, TenTimesMoreThanCanBeTakenLeavesTheNewest) {
     long used = 0;
     double oldest = 0;
     {
-        LiveFrames frames(
-            {{3, &source}}, stop, [](std::size_t, const std::string&) { FAIL(); }, [](std::size_t camera) { EXPECT_EQ(camera, 3U); });
+        LiveFrames frames({{3, &source}}, stop, never_fails([](std::size_t camera) { EXPECT_EQ(camera, 3U); }));
         for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
             ASSERT_EQ(round.size(), 1U);
             oldest = std::max(oldest, to_seconds(system_now() - round[0].frame.time));
@@ -98,8 +103,7 @@ TEST(LiveFrames, FramesOfAboutTheSameMomentComeTogether) {
     GreyFrames one(20, 0.05, true, 0), other(20, 0.05, true, 0);
     std::atomic<bool> stop{false};
     std::size_t together = 0, alone = 0;
-    LiveFrames frames(
-        {{0, &one}, {1, &other}}, stop, [](std::size_t, const std::string&) { FAIL(); }, [](std::size_t) {});
+    LiveFrames frames({{0, &one}, {1, &other}}, stop, never_fails([](std::size_t) {}));
     for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
         ++(round.size() == 2 ? together : alone);
         if (round.size() == 2) {
@@ -109,25 +113,54 @@ TEST(LiveFrames, FramesOfAboutTheSameMomentComeTogether) {
     EXPECT_GT(together, alone);
 }
 
-TEST(LiveFrames, ReportsFramesThatCannotBeReadAndEndsWhenAsked) {
-    class Broken final : public FrameSource {
-    public:
-        Result<bool> advance(SourceFrame&) override { return Error{"unplugged"}; }
-        Result<void> decode(SourceFrame&) override { return {}; }
-        bool live() const override { return true; }
-        std::int64_t count() const override { return -1; }
-    } source;
+/// A camera that is away for a while, and then gives a frame that is damaged, one that is whole, and no more until it is interrupted.
+class Unsteady final : public FrameSource {
+public:
+    Result<bool> advance(SourceFrame&) override {
+        if (++asked_ <= 2) return Error{"unplugged"};
+        if (asked_ <= 4) {
+            passed_over_ += 3;
+            return true;
+        }
+        interrupted_.wait(false);
+        return false;
+    }
+    Result<void> decode(SourceFrame& frame) override {
+        if (asked_ == 3) return Error{"damaged"};
+        frame.image.resize(8, 8);
+        return {};
+    }
+    bool live() const override { return true; }
+    std::int64_t count() const override { return -1; }
+    std::string note() const override { return "its clock is right"; }
+    std::int64_t passed_over() const override { return passed_over_; }
+    void interrupt() override {
+        interrupted_ = true;
+        interrupted_.notify_all();
+    }
+
+private:
+    int asked_ = 0;
+    std::int64_t passed_over_ = 0;
+    std::atomic<bool> interrupted_{false};
+};
+
+TEST(LiveFrames, ACameraThatComesBackGoesOnAndSaysSoMeanwhile) {
+    Unsteady source;
     std::atomic<bool> stop{false};
-    std::atomic<int> failures = 0;
-    LiveFrames frames(
-        {{0, &source}}, stop,
-        [&](std::size_t, const std::string& message) {
-            EXPECT_EQ(message, "unplugged");
-            stop = ++failures == 2;
-        },
-        [](std::size_t) {});
-    EXPECT_TRUE(frames.next_round().empty());
-    EXPECT_EQ(failures, 2);
+    std::vector<std::string> told;
+    {
+        LiveFrames frames({{0, &source}}, stop,
+                          {[&](std::size_t, const std::string& message) { told.push_back("failed: " + message); },
+                           [&](std::size_t, const std::string& message) { told.push_back("away: " + message); }, [](std::size_t) { FAIL(); }});
+        const auto round = frames.next_round();
+        ASSERT_EQ(round.size(), 1U);
+        EXPECT_EQ(round[0].note, "its clock is right");
+        EXPECT_EQ(round[0].count.came, 8);  // one damaged, one whole, and three before each
+        EXPECT_EQ(round[0].count.dropped, 6);
+        stop = true;
+    }
+    EXPECT_EQ(told, (std::vector<std::string>{"away: unplugged", "away: unplugged", "failed: damaged"}));
 }
 
 /// A recording that is run by the clock, far faster than it can be read: frames are dropped, and the runner says so.

@@ -40,6 +40,7 @@ export class CameraCard {
     this.status.dataset.status = state.status;
     const speed = state.frames ? `${state.rate.toFixed(1)} frames/s, ${state.busy_ms.toFixed(1)} ms each` : 'no frame yet';
     this.detail.textContent = state.message && state.status !== 'waiting' ? `${speed}; ${state.message}` : speed;
+    this.detail.title = state.note ?? '';
     this.overlay.replaceChildren();
     for (const outline of state.outlines) {
       add(this.overlay, 'polygon', { points: points(outline.points), style: `--robot: ${colourOf(outline.robot)}` });

@@ -71,6 +71,7 @@ export interface CameraState {
   id: string;
   status: string;
   message: string;
+  note?: string; // of a live camera: where its times come from, what it sets by itself
   frames: number;
   rate: number;
   busy_ms: number;

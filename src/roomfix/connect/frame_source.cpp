@@ -9,6 +9,9 @@
 #include <vector>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/connect/network_camera.hpp"
+#include "roomfix/connect/reconnecting_source.hpp"
+#include "roomfix/connect/v4l2_camera.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 
 namespace roomfix {
@@ -47,10 +50,10 @@ private:
 
 class VideoSource : public FrameSource {
 public:
-    VideoSource(cv::VideoCapture capture, bool live) : capture_(std::move(capture)), live_(live) {
+    explicit VideoSource(cv::VideoCapture capture) : capture_(std::move(capture)) {
         const double rate = capture_.get(cv::CAP_PROP_FPS);
         if (rate > 0.1 && rate < 1000) interval_ = 1 / rate;
-        if (!live) count_ = std::llround(std::clamp(capture_.get(cv::CAP_PROP_FRAME_COUNT), 0.0, 1e9));
+        count_ = std::llround(std::clamp(capture_.get(cv::CAP_PROP_FRAME_COUNT), 0.0, 1e9));
     }
 
     Result<bool> advance(SourceFrame& frame) override {
@@ -59,7 +62,7 @@ public:
         } catch (const cv::Exception& problem) {
             return Error{fmt::format("the video cannot be read on: {}", problem.err)};
         }
-        frame.time = live_ ? system_now() : from_seconds(interval_ * static_cast<double>(number_));
+        frame.time = from_seconds(interval_ * static_cast<double>(number_));
         frame.name = std::to_string(++number_);
         return true;
     }
@@ -73,13 +76,12 @@ public:
         if (!converted) return converted.error();
         return colour_from_mat(picture_, frame.colour);
     }
-    bool live() const override { return live_; }
-    std::int64_t count() const override { return live_ ? -1 : count_; }
+    bool live() const override { return false; }
+    std::int64_t count() const override { return count_; }
 
 private:
     cv::VideoCapture capture_;
     cv::Mat picture_;
-    bool live_;
     double interval_ = 0.1;
     std::int64_t number_ = 0;
     std::int64_t count_ = -1;
@@ -101,6 +103,19 @@ Result<std::unique_ptr<FrameSource>> open_folder(const fs::path& folder) {
     return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::move(files)));
 }
 
+/// What opens a live camera; nothing for a recording.
+SourceOpener live_opener(const std::string& source, const LiveSettings& settings) {
+    using Opened = Result<std::unique_ptr<FrameSource>>;
+    if (is_network_address(source)) {
+        const auto clock = std::make_shared<StreamClock>(settings.capture.delay);
+        return [=](const std::atomic<bool>& stop) -> Opened { return open_network_camera(source, clock, stop); };
+    }
+    if (is_video_device(source)) {
+        return [=](const std::atomic<bool>&) -> Opened { return open_v4l2_camera(source, settings); };
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<bool> FrameSource::next(SourceFrame& frame) {
@@ -110,27 +125,27 @@ Result<bool> FrameSource::next(SourceFrame& frame) {
     return true;
 }
 
-Result<std::unique_ptr<FrameSource>> open_source(const std::string& source) {
-    const bool address = source.find("://") != std::string::npos;
-    const bool device = source.starts_with("/dev/");
+Result<std::unique_ptr<FrameSource>> open_source(const std::string& source, const LiveSettings& settings) {
+    const std::atomic<bool> never{false};
+    if (const auto opener = live_opener(source, settings)) return opener(never);
     std::error_code failure;
-    if (!address && !device) {
-        const fs::path path(source);
-        if (!fs::exists(path, failure)) return Error{fmt::format("{}: does not exist: check 'source' in the site file", source)};
-        if (fs::is_directory(path, failure)) return open_folder(path);
-        if (is_picture(path)) return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::vector{path}));
-    }
+    const fs::path path(source);
+    if (!fs::exists(path, failure)) return Error{fmt::format("{}: does not exist: check 'source' in the site file", source)};
+    if (fs::is_directory(path, failure)) return open_folder(path);
+    if (is_picture(path)) return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::vector{path}));
     try {
         cv::VideoCapture capture;
         capture.setExceptionMode(false);
-        // Named backends: any other way OpenCV asks all drivers it knows, photo cameras too, for something of that name.
-        const bool opened = capture.open(source, device ? cv::CAP_V4L2 : cv::CAP_FFMPEG);
-        if (opened) return std::unique_ptr<FrameSource>(std::make_unique<VideoSource>(std::move(capture), address || device));
+        // A named backend: any other way OpenCV asks all drivers it knows, photo cameras too, for something of that name.
+        if (capture.open(source, cv::CAP_FFMPEG)) return std::unique_ptr<FrameSource>(std::make_unique<VideoSource>(std::move(capture)));
     } catch (const cv::Exception&) {
     }
-    if (device) return Error{fmt::format("{}: cannot be opened: is the camera plugged in, and may you read it (group video)?", source)};
-    if (address) return Error{fmt::format("{}: no stream comes from there: check the address, user and password in a player", source)};
     return Error{fmt::format("{}: not a video that can be read: convert it to MJPEG or H.264", source)};
+}
+
+Result<std::unique_ptr<FrameSource>> open_lasting_source(const std::string& source, const LiveSettings& settings) {
+    if (auto opener = live_opener(source, settings)) return std::unique_ptr<FrameSource>(std::make_unique<ReconnectingSource>(std::move(opener)));
+    return open_source(source, settings);
 }
 
 }  // namespace roomfix

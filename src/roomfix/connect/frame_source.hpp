@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/base/time.hpp"
 #include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/site/capture.hpp"
 
 namespace roomfix {
 
@@ -16,7 +18,9 @@ struct SourceFrame {
     LumaImage image;
     ColourImage colour;  // of the same frame
     Nanoseconds time = 0;
-    std::string name;  // file name, or the frame's number in a video
+    double time_sigma = 0;              // s: how far the time may be off, as far as the source knows
+    std::string name;                   // file name, or the frame's number in a video
+    std::vector<std::uint8_t> encoded;  // the JPEG as a live camera gave it; empty where it gave something else
 };
 
 /// Where a camera's frames come from.
@@ -24,7 +28,7 @@ class FrameSource {
 public:
     virtual ~FrameSource() = default;
     /// True with the next frame's time and name, but without its picture; false at the end, an error if nothing can be read (the next call goes on
-    /// behind it).
+    /// behind it). A live source does not wait for ever: where no frame comes for some seconds, that is an error.
     virtual Result<bool> advance(SourceFrame& frame) = 0;
     /// The picture of the frame that `advance` came to. An error if it cannot be read.
     virtual Result<void> decode(SourceFrame& frame) = 0;
@@ -34,11 +38,26 @@ public:
     virtual bool live() const = 0;
     /// Frames that will come, or -1 if nobody knows.
     virtual std::int64_t count() const = 0;
+    /// What is to be said of a live camera: where its times come from, what it sets by itself. Asked by the thread that calls `advance`.
+    virtual std::string note() const { return ""; }
+    /// Frames that came but were never given, since newer ones were there.
+    virtual std::int64_t passed_over() const { return 0; }
+    /// From any thread: `advance` comes back soon, and nothing more comes.
+    virtual void interrupt() {}
+};
+
+/// What a live camera is asked for.
+struct LiveSettings {
+    CaptureSettings capture;
+    int width = 0, height = 0;  // px; 0: as the camera likes
 };
 
 /// Opens an image folder (files in the order of their names; a name that is a whole number is the time in nanoseconds,
-/// otherwise frames are 0.1 s apart), one picture, a video file, /dev/videoN, or an rtsp:// or http:// address.
+/// otherwise frames are 0.1 s apart), one picture, a video file, a camera (/dev/videoN), or an rtsp:// or http:// address.
 /// An error says why it cannot be opened and what to try.
-Result<std::unique_ptr<FrameSource>> open_source(const std::string& source);
+Result<std::unique_ptr<FrameSource>> open_source(const std::string& source, const LiveSettings& settings = {});
+/// The same for a program that runs on: a camera that is not there yet, or vanishes, is no error of this call but one of `advance`, and is opened
+/// again when it comes.
+Result<std::unique_ptr<FrameSource>> open_lasting_source(const std::string& source, const LiveSettings& settings = {});
 
 }  // namespace roomfix

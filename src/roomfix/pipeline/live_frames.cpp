@@ -17,9 +17,8 @@ std::chrono::duration<double> seconds(double s) { return std::chrono::duration<d
 
 }  // namespace
 
-LiveFrames::LiveFrames(const std::vector<LiveSource>& sources, const std::atomic<bool>& stop, std::function<void(std::size_t, const std::string&)> failed,
-                       std::function<void(std::size_t)> ended)
-    : stop_(stop), failed_(std::move(failed)), ended_(std::move(ended)), slots_(sources.size()) {
+LiveFrames::LiveFrames(const std::vector<LiveSource>& sources, const std::atomic<bool>& stop, Listener listener)
+    : stop_(stop), listener_(std::move(listener)), slots_(sources.size()) {
     for (std::size_t i = 0; i < sources.size(); ++i) {
         slots_[i].camera = sources[i].camera;
         slots_[i].source = sources[i].source;
@@ -28,7 +27,22 @@ LiveFrames::LiveFrames(const std::vector<LiveSource>& sources, const std::atomic
 }
 
 LiveFrames::~LiveFrames() {
+    if (stop_) {
+        for (Slot& slot : slots_) slot.source->interrupt();
+    }
     for (std::thread& reader : readers_) reader.join();
+}
+
+/// Counts a frame that came. False where the one before it waits and is still young.
+bool LiveFrames::takes_place(Slot& slot) {
+    const auto passed_over = static_cast<long>(slot.source->passed_over());
+    const std::lock_guard lock(mutex_);
+    slot.count.came += 1 + passed_over - slot.passed_over;
+    slot.count.dropped += passed_over - slot.passed_over;
+    slot.passed_over = passed_over;
+    if (!slot.frame || wall_clock() - slot.came >= old) return true;
+    ++slot.count.dropped;
+    return false;
 }
 
 void LiveFrames::read(Slot& slot) {
@@ -36,25 +50,23 @@ void LiveFrames::read(Slot& slot) {
     while (!stop_) {
         const auto more = slot.source->advance(frame);
         if (more && !*more) break;
-        if (more) {
-            std::unique_lock lock(mutex_);
-            ++slot.count.came;
-            if (slot.frame && wall_clock() - slot.came < old) {
-                ++slot.count.dropped;
-                continue;
-            }
-        }
-        const double came = wall_clock();
-        const auto decoded = more ? slot.source->decode(frame) : Result<void>(more.error());
-        if (!decoded) {
-            failed_(slot.camera, decoded.error().message);
+        if (!more) {
+            listener_.away(slot.camera, more.error().message);
             std::this_thread::sleep_for(retry_interval);
             continue;
         }
+        if (!takes_place(slot)) continue;
+        const double came = wall_clock();
+        if (const auto decoded = slot.source->decode(frame); !decoded) {
+            listener_.failed(slot.camera, decoded.error().message);
+            continue;
+        }
+        std::string note = slot.source->note();
         {
             const std::lock_guard lock(mutex_);
             slot.count.dropped += slot.frame.has_value();
             slot.frame = std::move(frame);
+            slot.note = std::move(note);
             slot.came = came;
         }
         frame = {};
@@ -64,7 +76,7 @@ void LiveFrames::read(Slot& slot) {
         const std::lock_guard lock(mutex_);
         slot.ended = true;
     }
-    ended_(slot.camera);
+    if (!stop_) listener_.ended(slot.camera);
     changed_.notify_all();
 }
 
@@ -91,7 +103,7 @@ std::vector<LiveFrame> LiveFrames::next_round() {
     std::vector<LiveFrame> round;
     for (Slot& slot : slots_) {
         if (!slot.frame) continue;
-        round.push_back({slot.camera, std::move(*slot.frame), slot.count});
+        round.push_back({slot.camera, std::move(*slot.frame), slot.count, slot.note});
         slot.frame.reset();
     }
     std::stable_sort(round.begin(), round.end(), [](const LiveFrame& a, const LiveFrame& b) { return a.frame.time < b.frame.time; });

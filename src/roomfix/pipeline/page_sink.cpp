@@ -202,6 +202,7 @@ std::string PageSink::state_json(const FixBatch& batch) const {
         json camera = {{"id", source.id},         {"status", source.status},           {"message", source.message},
                        {"frames", source.frames}, {"rate", rounded(source.rate, 0.1)}, {"busy_ms", rounded(1e3 * source.busy, 0.01)}};
         if (source.dropped > 0) camera["dropped"] = source.dropped;
+        if (!source.note.empty()) camera["note"] = source.note;
         if (site.frames[c]) {
             add_drawing(*site.frames[c], camera);
         } else {

@@ -66,6 +66,7 @@ std::shared_ptr<const ShownFrame> SiteTracker::shown_frame(const std::string& ca
 void SiteTracker::set_camera_state(std::size_t index, const std::string& status, const std::string& message) {
     impl_->set_camera_state(index, status, message);
 }
+void SiteTracker::note_source(std::size_t index, const std::string& note) { impl_->note_source(index, note); }
 void SiteTracker::count_dropped(std::size_t index, long came, long dropped) { impl_->count_dropped(index, came, dropped); }
 std::vector<CameraState> SiteTracker::camera_states() const { return impl_->camera_states(); }
 

@@ -29,8 +29,9 @@ struct TrackerCounts;
 /// What is known about one camera, for the page and the final report.
 struct CameraState {
     std::string id;
-    std::string status = "waiting";  // waiting, ok, slow, changed, frozen, quarantined, ended, failed
+    std::string status = "waiting";  // waiting, ok, slow, changed, frozen, quarantined, away, ended, failed
     std::string message;
+    std::string note;  // what a live camera says of itself: where its times come from, what it sets by itself
     long frames = 0;
     long bad_frames = 0;
     long dropped = 0;  // that came but were not looked at, since there was no time
@@ -104,6 +105,8 @@ public:
     std::shared_ptr<const ShownFrame> shown_frame(const std::string& camera) const;
 
     void set_camera_state(std::size_t index, const std::string& status, const std::string& message);
+    /// What a live camera says of itself.
+    void note_source(std::size_t index, const std::string& note);
     /// Says so where this machine is too slow for a camera.
     void count_dropped(std::size_t index, long came, long dropped);
     std::vector<CameraState> camera_states() const;

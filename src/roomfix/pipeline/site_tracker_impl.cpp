@@ -324,6 +324,11 @@ void SiteTracker::Impl::set_camera_state(std::size_t index, const std::string& s
     if (status == "failed") ++state.bad_frames;
 }
 
+void SiteTracker::Impl::note_source(std::size_t index, const std::string& note) {
+    const std::lock_guard lock(mutex_);
+    cameras_[index]->state.note = note;
+}
+
 std::vector<CameraState> SiteTracker::Impl::camera_states() const {
     const std::lock_guard lock(mutex_);
     std::vector<CameraState> states;

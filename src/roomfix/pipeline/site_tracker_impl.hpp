@@ -43,6 +43,7 @@ struct SiteTracker::Impl {
     SiteSnapshot snapshot(Nanoseconds time) const;
     std::shared_ptr<const ShownFrame> shown_frame(const std::string& camera) const;
     void set_camera_state(std::size_t index, const std::string& status, const std::string& message);
+    void note_source(std::size_t index, const std::string& note);
     void count_dropped(std::size_t index, long came, long dropped);
     std::vector<CameraState> camera_states() const;
     std::vector<std::string> robots_not_found() const;

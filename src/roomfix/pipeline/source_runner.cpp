@@ -95,7 +95,7 @@ Result<void> SourceRunner::run(const RunSettings& settings, const std::atomic<bo
     std::vector<std::unique_ptr<FrameSource>> sources;
     for (std::size_t i = 0; i < tracker_.cameras(); ++i) {
         const SiteCamera& camera = tracker_.camera(i);
-        auto source = open_source(resolved_path(tracker_.site(), camera.source));
+        auto source = open_lasting_source(resolved_path(tracker_.site(), camera.source), {camera.capture, camera.model.width, camera.model.height});
         if (!source) return Error{fmt::format("camera {}: {}", camera.id, source.error().message)};
         sources.push_back(std::move(*source));
     }
@@ -141,14 +141,26 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
     return done;
 }
 
+/// Sinks that show how cameras are doing hear of it, even if no camera is left whose frames would tell them. Nothing is due.
+void SourceRunner::tell_time(Nanoseconds now) {
+    const auto batch = std::make_shared<const FixBatch>(FixBatch{now, {}, tracker_.fixes(now)});
+    for (const auto& sink : sinks_) sink->give(batch);
+}
+
 /// Cameras that see the same moment are looked at together, as in a recording.
 void SourceRunner::run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop) {
-    LiveFrames frames(
-        sources, stop, [this](std::size_t i, const std::string& message) { tracker_.set_camera_state(i, "failed", message); },
-        [this](std::size_t i) { tracker_.set_camera_state(i, "ended", "the camera gives no more frames"); });
+    LiveFrames::Listener listener;
+    listener.failed = [this](std::size_t i, const std::string& message) { tracker_.set_camera_state(i, "failed", message); };
+    listener.away = [this](std::size_t i, const std::string& message) {
+        tracker_.set_camera_state(i, "away", message + "; trying again");
+        tell_time(system_now());
+    };
+    listener.ended = [this](std::size_t i) { tracker_.set_camera_state(i, "ended", "the camera gives no more frames"); };
+    LiveFrames frames(sources, stop, std::move(listener));
     WorkerPool pool(std::max(threads, 1));
     for (auto round = frames.next_round(); !round.empty(); round = frames.next_round()) {
         std::vector<CameraFrame> together;
+        for (const LiveFrame& frame : round) tracker_.note_source(frame.camera, frame.note);
         for (std::size_t i = 0; i < round.size(); ++i) {
             const SourceFrame& frame = round[i].frame;
             together.push_back({round[i].camera, {frame.image, &frame.colour}, frame.time});

@@ -55,6 +55,7 @@ private:
     void run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop);
     void listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop);
     void process_senses_until(Nanoseconds time);
+    void tell_time(Nanoseconds now);
 
     SiteTracker& tracker_;
     std::unique_ptr<RecordedSenses> recorded_;

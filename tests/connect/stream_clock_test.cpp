@@ -1,0 +1,146 @@
+#include "roomfix/connect/stream_clock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace roomfix {
+namespace {
+
+constexpr Nanoseconds epoch = 1'800'000'000'000'000'000;
+
+/// A camera with 25 pictures per second, whose media clock starts anywhere and drifts, behind a network that is late by chance.
+struct SimulatedStream {
+    double drift = 0;           // of the media clock against ours
+    double least_delay = 0.04;  // s
+    double mean_jitter = 0.01;
+    double wall_ahead = 0;  // s, of the camera's wall clock
+    std::mt19937 random{7};
+    int number = 0;
+
+    struct Picture {
+        FrameArrival arrival;
+        Nanoseconds taken = 0;
+    };
+    Picture next(bool tells_wall) {
+        const double taken = 100 + 0.04 * number++;
+        const double late = least_delay + std::exponential_distribution<double>(1 / mean_jitter)(random);
+        Picture picture;
+        picture.taken = epoch + from_seconds(taken);
+        picture.arrival.steady = taken + late;
+        picture.arrival.system = epoch + from_seconds(taken + late);
+        picture.arrival.media = 5 + taken * (1 + drift);
+        if (tells_wall) picture.arrival.wall = picture.taken + from_seconds(wall_ahead);
+        return picture;
+    }
+};
+
+double error(const StampedTime& stamp, Nanoseconds taken) { return to_seconds(stamp.time - taken); }
+
+TEST(StreamClock, JitterAndDriftAreTakenOutOfTheTimesOfArrival) {
+    for (const double drift : {0.0, 2e-4, -2e-4}) {
+        SimulatedStream stream;
+        stream.drift = drift;
+        StreamClock clock(stream.least_delay);
+        double largest = 0, raw = 0;
+        for (int i = 0; i < 5000; ++i) {
+            const auto picture = stream.next(false);
+            const StampedTime stamp = clock.stamp(picture.arrival);
+            if (i < 500) continue;
+            largest = std::max(largest, std::abs(error(stamp, picture.taken)));
+            raw = std::max(raw, to_seconds(picture.arrival.system - picture.taken) - stream.least_delay);
+            EXPECT_LE(std::abs(error(stamp, picture.taken)), 3 * stamp.sigma);
+        }
+        EXPECT_LT(largest, 0.004) << drift;
+        EXPECT_GT(raw, 0.05);
+    }
+}
+
+TEST(StreamClock, WhereTheDelayIsNotKnownTheStatedSigmaSaysSo) {
+    SimulatedStream stream;
+    StreamClock clock;
+    StampedTime stamp;
+    Nanoseconds taken = 0;
+    for (int i = 0; i < 200; ++i) {
+        const auto picture = stream.next(false);
+        taken = picture.taken;
+        stamp = clock.stamp(picture.arrival);
+    }
+    EXPECT_NEAR(error(stamp, taken), stream.least_delay, 0.005);
+    EXPECT_GE(stamp.sigma, 0.05);
+    EXPECT_NE(clock.told().find("state it as 'delay'"), std::string::npos) << clock.told();
+}
+
+TEST(StreamClock, TheSendersWallClockIsTakenAndTeachesTheDelayForTheNextConnection) {
+    SimulatedStream stream;
+    StreamClock clock;
+    for (int i = 0; i < 500; ++i) {
+        const auto picture = stream.next(i > 20);
+        const StampedTime stamp = clock.stamp(picture.arrival);
+        if (i > 25) {
+            EXPECT_EQ(stamp.time, picture.taken);
+        }
+    }
+    EXPECT_NE(clock.told().find("the camera's own"), std::string::npos) << clock.told();
+    clock.restart();
+    StampedTime stamp;
+    Nanoseconds taken = 0;
+    for (int i = 0; i < 100; ++i) {
+        const auto picture = stream.next(false);
+        stamp = clock.stamp(picture.arrival);
+        taken = picture.taken;
+    }
+    EXPECT_NEAR(error(stamp, taken), 0, 0.005);
+    EXPECT_LT(stamp.sigma, 0.01);
+}
+
+TEST(StreamClock, AWallClockThatIsWrongIsNotBelievedAndNamed) {
+    for (const double ahead : {0.3, -3600.0}) {
+        SimulatedStream stream;
+        stream.wall_ahead = ahead;
+        StreamClock clock(stream.least_delay);
+        for (int i = 0; i < 300; ++i) {
+            const auto picture = stream.next(true);
+            const StampedTime stamp = clock.stamp(picture.arrival);
+            if (i > 100) {
+                EXPECT_NEAR(error(stamp, picture.taken), 0, 0.01);
+            }
+        }
+        EXPECT_NE(clock.told().find(ahead > 0 ? "ahead of ours" : "behind ours"), std::string::npos) << clock.told();
+    }
+}
+
+TEST(StreamClock, TimesRiseWhateverTheStreamDoes) {
+    SimulatedStream stream;
+    StreamClock clock;
+    Nanoseconds last = 0;
+    for (int i = 0; i < 1000; ++i) {
+        auto picture = stream.next(i % 100 > 30);
+        if (i == 500) clock.restart();
+        if (i > 700) picture.arrival.media = *picture.arrival.media - 90000;  // the camera was restarted behind a relay
+        const StampedTime stamp = clock.stamp(picture.arrival);
+        EXPECT_GT(stamp.time, last);
+        EXPECT_NEAR(error(stamp, picture.taken), 0, 0.2);
+        EXPECT_GT(stamp.sigma, 0);
+        last = stamp.time;
+    }
+}
+
+TEST(StreamClock, OurClockMayBeSetAnew) {
+    SimulatedStream stream;
+    StreamClock clock(stream.least_delay);
+    for (int i = 0; i < 400; ++i) {
+        auto picture = stream.next(false);
+        const Nanoseconds set_back = i > 200 ? from_seconds(3600) : 0;
+        picture.arrival.system -= set_back;
+        const StampedTime stamp = clock.stamp(picture.arrival);
+        if (i > 100) {
+            EXPECT_NEAR(error(stamp, picture.taken - set_back), 0, 0.01) << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace roomfix
