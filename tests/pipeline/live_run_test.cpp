@@ -1,0 +1,186 @@
+// A camera of a rendered building on the network: it is not there when the run starts, comes, is killed, and comes back.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "connect/peer.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
+#include "roomfix/simulate/scenario_renderer.hpp"
+
+namespace roomfix {
+namespace {
+
+/// The rendered pictures of a drive to and fro, shown by the clock.
+class Film {
+public:
+    explicit Film(const Scenario& scenario) : scenario_(scenario), renderer_(scenario, 0, 5) {
+        for (int i = 0; i < count; ++i) {
+            LumaImage picture;
+            renderer_.render(start + i * interval, static_cast<std::uint64_t>(i), picture);
+            pictures_.push_back(std::move(picture));
+        }
+    }
+    BackgroundModel background() {
+        BackgroundLearner learner;
+        LumaImage picture;
+        for (std::uint64_t i = 0; i < 20; ++i) {
+            renderer_.render_empty(i, picture);
+            learner.add(picture);
+        }
+        return learner.learn();
+    }
+    const LumaImage& picture(int number) const { return pictures_[static_cast<std::size_t>(index_of(number))]; }
+    /// The robot's pose at a time of the clock.
+    Pose2 truth(Nanoseconds time) const {
+        const double number = to_seconds(time - first_) / interval;
+        const double period = 2.0 * (count - 1);
+        const double within = std::fmod(number, period);
+        return robot_pose(scenario_.robots[0], start + interval * std::min(within, period - within));
+    }
+    Nanoseconds time_of(int number) const { return first_ + from_seconds(number * interval); }
+
+    static constexpr double interval = 0.08;  // s
+
+private:
+    static constexpr int count = 24;
+    static constexpr double start = 1;  // s of the scenario
+    static int index_of(int number) {
+        const int within = number % (2 * (count - 1));
+        return std::min(within, 2 * (count - 1) - within);
+    }
+    const Scenario& scenario_;
+    ScenarioRenderer renderer_;
+    std::vector<LumaImage> pictures_;
+    Nanoseconds first_ = system_now();
+};
+
+/// Shows the film to a server, each picture when it is due.
+class FilmCamera {
+public:
+    FilmCamera(const Film& film, const Peer& server) : thread_([this, &film, &server] { run(film, server); }) {}
+    ~FilmCamera() {
+        stop_ = true;
+        thread_.join();
+    }
+    FilmCamera(const FilmCamera&) = delete;
+    FilmCamera& operator=(const FilmCamera&) = delete;
+
+private:
+    void run(const Film& film, const Peer& server) {
+        const LumaImage& first = film.picture(0);
+        const auto pixels = static_cast<std::size_t>(first.width() * first.height());
+        std::vector<std::uint8_t> message(sizeof(Nanoseconds) + pixels * 3 / 2, 128);
+        while (!stop_) {
+            int number = 0;
+            while (film.time_of(number) < system_now()) ++number;
+            const Nanoseconds time = film.time_of(number);
+            std::this_thread::sleep_for(std::chrono::nanoseconds(time - system_now()));
+            std::memcpy(message.data(), &time, sizeof time);
+            std::uint8_t* to = message.data() + sizeof time;
+            for (int y = 0; y < first.height(); ++y) {
+                for (int x = 0; x < first.width(); ++x) *to++ = static_cast<std::uint8_t>(16 + film.picture(number).row(y)[x] * 219 / 255);
+            }
+            if (!server.write(message)) return;
+        }
+    }
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+/// Keeps what it gets.
+class KeptFixes final : public FixSink {
+public:
+    struct Kept {
+        std::mutex mutex;
+        std::vector<Fix> fixes;
+        std::size_t batches = 0;
+
+        std::size_t found() {
+            const std::lock_guard lock(mutex);
+            return static_cast<std::size_t>(std::count_if(fixes.begin(), fixes.end(), [](const Fix& f) { return f.status == FixStatus::ok; }));
+        }
+    };
+    explicit KeptFixes(Kept& kept) : kept_(kept) {}
+    Result<void> give(const FixBatch& batch) override {
+        const std::lock_guard lock(kept_.mutex);
+        kept_.fixes.insert(kept_.fixes.end(), batch.given.begin(), batch.given.end());
+        ++kept_.batches;
+        return {};
+    }
+
+private:
+    Kept& kept_;
+};
+
+/// True once something holds; false if it does not within half a minute.
+bool wait_for(const std::function<bool()>& holds) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!holds()) {
+        if (std::chrono::steady_clock::now() > until) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return true;
+}
+
+TEST(LiveRun, ANetworkCameraThatComesGoesAndComesBackFindsTheRobotWhereItIs) {
+    ::signal(SIGPIPE, SIG_IGN);
+    const Scenario scenario = li2014_scenario(3);
+    const int port = free_port();
+    Site site = scenario.site;
+    site.cameras.resize(1);
+    site.cameras[0].source = fmt::format("rtsp://127.0.0.1:{}/camera", port);
+    Film film(scenario);
+    auto tracker = SiteTracker::create(site);
+    ASSERT_TRUE(tracker) << tracker.error().message;
+    (*tracker)->set_background(0, film.background());
+    const auto state = [&] { return (*tracker)->camera_states().front(); };
+    SourceRunner runner(**tracker);
+    KeptFixes::Kept kept;
+    runner.add_sink(std::make_unique<KeptFixes>(kept), Overflow::drop_oldest);
+    std::atomic<bool> stop{false};
+    std::thread running([&] {
+        RunSettings settings;
+        settings.on_time = true;
+        EXPECT_TRUE(static_cast<bool>(runner.run(settings, stop)));
+    });
+    EXPECT_TRUE(wait_for([&] { return state().status == "away"; })) << state().status;
+    EXPECT_NE(state().message.find("Connection refused"), std::string::npos) << state().message;
+    EXPECT_TRUE(wait_for([&] {  // the page would hear of it
+        const std::lock_guard lock(kept.mutex);
+        return kept.batches > 0;
+    }));
+    for (int life = 0; life < 2; ++life) {
+        Peer server({"/usr/bin/python3", ROOMFIX_SOURCE "/tests/connect/rtsp_server.py", std::to_string(port), "640", "480", "h264"});
+        ASSERT_TRUE(server.wait_for_line());
+        const FilmCamera camera(film, server);
+        const std::size_t before = kept.found();
+        EXPECT_TRUE(wait_for([&] { return kept.found() > before + 15; })) << kept.found() - before << ", " << state().status << ": " << state().message;
+        EXPECT_EQ(state().bad_frames, 0);
+        EXPECT_NE(state().note.find("times are"), std::string::npos) << state().note;
+        server.kill();
+        EXPECT_TRUE(wait_for([&] { return state().status == "away"; })) << state().status;
+    }
+    stop = true;
+    running.join();
+    ASSERT_TRUE(runner.finish_sinks());
+    std::vector<double> errors;
+    for (const Fix& fix : kept.fixes) {
+        if (fix.status != FixStatus::ok) continue;
+        const Pose2 truth = film.truth(fix.time);
+        errors.push_back(std::hypot(fix.pose.x - truth.x, fix.pose.y - truth.y));
+    }
+    std::sort(errors.begin(), errors.end());
+    const double median = errors[errors.size() / 2];
+    fmt::print("live: {} fixes, error median {:.1f} mm, largest {:.1f} mm; {}\n", errors.size(), 1e3 * median, 1e3 * errors.back(), state().note);
+    EXPECT_LT(median, 0.03);
+}
+
+}  // namespace
+}  // namespace roomfix
