@@ -175,8 +175,15 @@ TEST_F(Onboard, CalibrateMountMeasuresTheTiltAndWritesIt) {
     expect_says(call(fmt::format("calibrate mount {} --camera up", site())), 2, "turned through");
 }
 
+TEST_F(CommandLine, CamerasSaysWhatIsThereAndWhatToDoWhereNothingIs) {
+    if (!fs::exists("/dev/video0")) expect_says(call("cameras"), 1, "this machine has no camera: plug one in");
+    expect_says(call("cameras /dev/video77"), 1, "no such camera");
+    expect_says(call("cameras http://user:secret@127.0.0.1:1/stream"), 1, "http://127.0.0.1:1/stream: no stream comes from there (Connection refused)");
+    expect_says(call("cameras " + session() + "/frames/hall1"), 1, "a recording and no camera");
+}
+
 TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
-    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check", "calibrate mount"})
+    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check", "cameras", "calibrate mount"})
         expect_says(call(std::string(command) + " --help"), 0, "Example: roomfix");
     expect_says(call("simulate atlantis -o /tmp/x"), 2, "there is no scenario 'atlantis'");
     expect_says(call(fmt::format("simulate li2014 -o {}", session())), 2, "session already");

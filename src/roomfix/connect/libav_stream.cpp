@@ -59,7 +59,7 @@ Error cannot_open(const std::string& address, int code, const Watch& watch) {
     if (watch.stopped()) return Error{shown + ": stopped"};
     if (code == AVERROR_EXIT) return Error{fmt::format("{}: no answer within {:.0f} s: is the camera on, and the address right?", shown, watch.seconds)};
     if (code == AVERROR_HTTP_UNAUTHORIZED || code == AVERROR_HTTP_FORBIDDEN) {
-        return Error{fmt::format("{}: the camera wants another user and password: write them as rtsp://user:password@...", shown)};
+        return Error{fmt::format("{}: the camera wants another user and password: write them before its name, //user:password@...", shown)};
     }
     if (code == AVERROR_HTTP_NOT_FOUND) return Error{fmt::format("{}: the camera has no stream of that name: look its path up in the manual", shown)};
     return Error{fmt::format("{}: no stream comes from there ({}): check the address, user and password in a player", shown, text_of(code))};

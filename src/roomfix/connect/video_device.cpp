@@ -156,7 +156,7 @@ std::optional<VideoDeviceInfo> describe(const fs::path& path) {
 
 }  // namespace
 
-bool is_video_device(const std::string& source) { return source.starts_with("/dev/"); }
+bool is_video_device(const std::string& source) { return source.starts_with("/dev/") && !source.starts_with("/dev/shm/"); }
 
 Result<std::unique_ptr<VideoDevice>> open_video_device(const std::string& path) {
     const int file = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);

@@ -25,7 +25,7 @@ public:
     virtual bool wait(double seconds) = 0;
 };
 
-/// True for `/dev/...`.
+/// True for `/dev/...`, but for files in memory (`/dev/shm`).
 bool is_video_device(const std::string& source);
 /// An error says what to do: no such camera, no permission, no camera at all.
 Result<std::unique_ptr<VideoDevice>> open_video_device(const std::string& path);
