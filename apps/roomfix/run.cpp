@@ -53,6 +53,13 @@ void add_run(CLI::App& app, int& exit_code) {
     command->add_option("--port", arguments->options.port, "port of the page (default 8080; 0 picks a free one)")->check(CLI::Range(0, 65535));
     command->add_flag("--insecure", arguments->options.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
     command->add_flag("--no-page", arguments->no_page, "do not serve the page");
+    command->add_option("--record", arguments->options.record.folder, "new folder for a session of all that comes, for `roomfix replay`");
+    command->add_option("--record-minutes", arguments->options.record.limits.minutes, "keep the last of them, in parts that are whole sessions")
+        ->check(CLI::Range(0.001, 1e7))
+        ->needs("--record");
+    command->add_option("--record-gigabytes", arguments->options.record.limits.gigabytes, "keep no more, in parts that are whole sessions; the oldest go")
+        ->check(CLI::Range(1e-6, 1e6))
+        ->needs("--record");
     command->footer("Example: roomfix run examples/hall/site.yaml --fixes fixes.jsonl");
     command->callback([=, &exit_code] { exit_code = run(*arguments); });
 }

@@ -9,7 +9,10 @@
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
+#include "roomfix/pipeline/history_sink.hpp"
 #include "roomfix/pipeline/page_sink.hpp"
+#include "roomfix/pipeline/session_content.hpp"
+#include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/site_sinks.hpp"
 #include "several_values.hpp"
 #include "terminal.hpp"
@@ -53,6 +56,23 @@ static void say_what_happened(const SiteTracker& tracker, const SourceRunner& ru
     for (const std::string& reason : tracker.robots_not_found()) say("without a fix at the end: " + reason);
 }
 
+/// The recording that was asked for; null: none was.
+static Result<std::unique_ptr<SessionRecorder>> start_recording(const SiteTracker& tracker, const RunOptions& options) {
+    if (options.record.folder.empty()) return std::unique_ptr<SessionRecorder>();
+    auto content = session_content(tracker, options.record.site_file, options.background);
+    if (!content) return content.error();
+    return SessionRecorder::start({options.record.folder, options.record.limits, options.run.speed == 0, say}, std::move(*content));
+}
+
+/// Ends the recording, if there is one, and says what it holds.
+static Result<void> finish_recording(const std::string& folder, SessionRecorder* recorder) {
+    if (recorder == nullptr) return {};
+    auto finished = recorder->finish();
+    const RecordingState state = recorder->state();
+    say(fmt::format("recorded to {}: {} frames, {:.1f} MB", folder, state.frames, 1e-6 * static_cast<double>(state.bytes)));
+    return finished;
+}
+
 int run_site(const Site& site, const RunOptions& options) {
     const auto give_up = [](const Error& error) {
         complain(error.message);
@@ -62,8 +82,11 @@ int run_site(const Site& site, const RunOptions& options) {
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
     if (auto learned = learn_backgrounds(tracker, options.background, background_on_terminal()); !learned) return give_up(learned.error());
+    auto recorder = start_recording(tracker, options);  // outlives the runner
+    if (!recorder) return give_up(recorder.error());
     SourceRunner runner(tracker);
     const Overflow overflow = options.run.on_time ? Overflow::drop_oldest : Overflow::wait;
+    if (*recorder) runner.record_to(**recorder);
     std::vector<Fix> kept;  // to be smoothed
     std::size_t given = 0;
     tracker.on_fixes([&](const FixBatch& batch) {
@@ -84,7 +107,7 @@ int run_site(const Site& site, const RunOptions& options) {
         }
     }
     if (options.outputs) {
-        if (auto added = add_site_sinks(runner, tracker, overflow); !added) return give_up(added.error());
+        if (auto added = add_site_sinks(runner, tracker, overflow, say); !added) return give_up(added.error());
         for (const SinkState& sink : runner.sink_states()) {
             say(sink.message.empty() ? "fixes go to: " + sink.name : fmt::format("{}: {}; it is tried again", sink.name, sink.message));
         }
@@ -96,11 +119,17 @@ int run_site(const Site& site, const RunOptions& options) {
         web.insecure = web.insecure || options.insecure;
         auto page = PageSink::serve(tracker, web, [&runner] { return runner.sink_states(); });
         if (!page) return give_up(page.error());
+        if (options.outputs && site.outputs.history) {
+            auto answerer = history_answerer(site);
+            if (!answerer) return give_up(answerer.error());
+            (*page)->show_history(std::move(*answerer));
+        }
         say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
         runner.add_sink(std::move(*page), Overflow::newest_only);
     }
     if (auto ran = runner.run(options.run, options.stop ? *options.stop : stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
     Result<void> written = runner.finish_sinks();
+    if (const auto recorded = finish_recording(options.record.folder, recorder->get()); written) written = recorded;
     if (options.smooth) {
         const Smoothed smoothed = smooth(tracker.tracker(), kept, *options.smooth, progress_bar("smoothing"));
         for (const Unsettled& part : smoothed.unsettled) {

@@ -7,10 +7,18 @@
 #include <vector>
 
 #include "roomfix/pipeline/background_source.hpp"
+#include "roomfix/pipeline/session_parts.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
 namespace roomfix {
+
+/// What `run --record` is told.
+struct RecordOptions {
+    std::string folder;     // empty: nothing is recorded
+    std::string site_file;  // of the site that runs
+    RecordingLimits limits;
+};
 
 struct RunOptions {
     std::string fixes;  // file, "-" for stdout, empty: as the site file says
@@ -22,7 +30,8 @@ struct RunOptions {
     RunSettings run;
     const std::atomic<bool>* stop = nullptr;  // ends it early; null: what the terminal says
     std::optional<SmootherSettings> smooth;   // fixes are smoothed after the end
-    std::vector<std::string> background;      // for all cameras; empty: as the site file says
+    RecordOptions record;
+    std::vector<std::string> background;  // for all cameras; empty: as the site file says
 };
 
 /// Adds --background and --threads (by default all that the machine has) to a command that goes through a recording.

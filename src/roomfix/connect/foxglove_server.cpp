@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#ifdef ROOMFIX_FOXGLOVE
+#ifdef ROOMFIX_WITH_FOXGLOVE
 
 #include <libwebsockets.h>
 

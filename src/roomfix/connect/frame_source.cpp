@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <vector>
 
@@ -25,6 +28,22 @@ bool is_picture(const fs::path& file) {
     return ending == ".jpg" || ending == ".jpeg" || ending == ".png" || ending == ".pgm" || ending == ".ppm" || ending == ".bmp";
 }
 
+Result<PictureFile> file_as_it_is(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    PictureFile picture{{std::istreambuf_iterator<char>(stream), {}}, file.extension().string().substr(1)};
+    if (picture.bytes.empty()) return Error{fmt::format("{}: cannot be read", file.string())};
+    return picture;
+}
+
+Result<PictureFile> encoded(const cv::Mat& picture, const char* ending, const std::vector<int>& options) {
+    PictureFile file{{}, ending};
+    try {
+        if (cv::imencode(std::string(".") + ending, picture, file.bytes, options)) return file;
+    } catch (const cv::Exception&) {
+    }
+    return Error{fmt::format("a picture of {} x {} pixels cannot be encoded as {}", picture.cols, picture.rows, ending)};
+}
+
 class FolderSource : public FrameSource {
 public:
     explicit FolderSource(std::vector<fs::path> files) : files_(std::move(files)) {}
@@ -38,11 +57,16 @@ public:
         ++next_;
         return true;
     }
-    Result<void> decode(SourceFrame& frame) override { return load_picture(files_[next_ - 1], frame.image, frame.colour, buffer_); }
+    Result<void> decode(SourceFrame& frame) override {
+        if (keeps_files_) frame.file = [file = files_[next_ - 1]] { return file_as_it_is(file); };
+        return load_picture(files_[next_ - 1], frame.image, frame.colour, buffer_);
+    }
     bool live() const override { return false; }
     std::int64_t count() const override { return static_cast<std::int64_t>(files_.size()); }
+    void keep_files() override { keeps_files_ = true; }
 
 private:
+    bool keeps_files_ = false;
     std::vector<fs::path> files_;
     std::size_t next_ = 0;
     std::vector<std::uint8_t> buffer_;
@@ -72,14 +96,21 @@ public:
         } catch (const cv::Exception& problem) {
             return Error{fmt::format("frame {} of the video cannot be decoded: {}", frame.name, problem.err)};
         }
+        if (keeps_files_) {
+            frame.file = [picture = picture_.clone(), live = live_] {
+                return live ? encoded(picture, "jpg", {cv::IMWRITE_JPEG_QUALITY, 95}) : encoded(picture, "png", {cv::IMWRITE_PNG_COMPRESSION, 1});
+            };
+        }
         const auto converted = luma_from_mat(picture_, frame.image);
         if (!converted) return converted.error();
         return colour_from_mat(picture_, frame.colour);
     }
     bool live() const override { return false; }
     std::int64_t count() const override { return count_; }
+    void keep_files() override { keeps_files_ = true; }
 
 private:
+    bool keeps_files_ = false;
     cv::VideoCapture capture_;
     cv::Mat picture_;
     double interval_ = 0.1;
@@ -94,7 +125,8 @@ Result<std::unique_ptr<FrameSource>> open_folder(const fs::path& folder) {
         if (entry.is_regular_file(failure) && is_picture(entry.path())) files.push_back(entry.path());
     }
     if (failure) return Error{fmt::format("{}: the folder cannot be read: {}", folder.string(), failure.message())};
-    if (files.empty()) return Error{fmt::format("{}: no picture in this folder: put .jpg or .png files there", folder.string())};
+    if (files.empty() && !fs::exists(folder / no_frames_mark, failure))
+        return Error{fmt::format("{}: no picture in this folder: put .jpg or .png files there", folder.string())};
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
         const auto x = parse_integer(a.stem().string());
         const auto y = parse_integer(b.stem().string());
@@ -117,6 +149,12 @@ SourceOpener live_opener(const std::string& source, const LiveSettings& settings
 }
 
 }  // namespace
+
+Result<PictureFile> grey_file(const LumaImage& image) {
+    const LumaView view = image.view();
+    const cv::Mat grey(view.height, view.width, CV_8UC1, const_cast<std::uint8_t*>(view.data), static_cast<std::size_t>(view.stride));
+    return encoded(grey, "png", {cv::IMWRITE_PNG_COMPRESSION, 1});
+}
 
 Result<bool> FrameSource::next(SourceFrame& frame) {
     const auto more = advance(frame);

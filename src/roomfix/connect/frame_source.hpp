@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,13 +15,20 @@
 
 namespace roomfix {
 
+/// A picture as a file of its own.
+struct PictureFile {
+    std::vector<std::uint8_t> bytes;
+    std::string ending;  // of its name: jpg, png, ...
+};
+
 struct SourceFrame {
     LumaImage image;
     ColourImage colour;  // of the same frame
     Nanoseconds time = 0;
-    double time_sigma = 0;              // s: how far the time may be off, as far as the source knows
-    std::string name;                   // file name, or the frame's number in a video
-    std::vector<std::uint8_t> encoded;  // the JPEG as a live camera gave it; empty where it gave something else
+    double time_sigma = 0;                      // s: how far the time may be off, as far as the source knows
+    std::string name;                           // file name, or the frame's number in a video
+    std::vector<std::uint8_t> encoded;          // the JPEG as a live camera gave it; empty where it gave something else
+    std::function<Result<PictureFile>()> file;  // once, from any thread: the frame as it came; empty unless the source was told to keep it
 };
 
 /// Where a camera's frames come from.
@@ -44,6 +52,9 @@ public:
     virtual std::int64_t passed_over() const { return 0; }
     /// From any thread: `advance` comes back soon, and nothing more comes.
     virtual void interrupt() {}
+    /// From now on frames have their `file`: the bytes as they came, where the source has them, otherwise the decoded picture as PNG, or as JPEG of
+    /// quality 95 where frames come live and PNG would take too long.
+    virtual void keep_files() {}
 };
 
 /// What a live camera is asked for.
@@ -51,6 +62,12 @@ struct LiveSettings {
     CaptureSettings capture;
     int width = 0, height = 0;  // px; 0: as the camera likes
 };
+
+/// A frame of which only the grey picture is left, as PNG.
+Result<PictureFile> grey_file(const LumaImage& image);
+
+/// A file of this name in a folder without pictures says that this is right: the camera gave none while it was recorded.
+constexpr const char* no_frames_mark = "no-frames";
 
 /// Opens an image folder (files in the order of their names; a name that is a whole number is the time in nanoseconds,
 /// otherwise frames are 0.1 s apart), one picture, a video file, a camera (/dev/videoN), or an rtsp:// or http:// address.

@@ -1,6 +1,6 @@
 #include "roomfix/connect/mqtt_client.hpp"
 
-#ifdef ROOMFIX_MQTT
+#ifdef ROOMFIX_WITH_MQTT
 
 #include <fmt/format.h>
 #include <mosquitto.h>

@@ -10,25 +10,22 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <utility>
+
+#include "roomfix/connect/sensed_lines.hpp"
 
 namespace roomfix {
 
 bool is_live_range_source(const std::string& source) { return source.starts_with("/dev/"); }
 
 Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot, int receiver) {
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream text;
-    std::error_code failure;
-    if (!stream || std::filesystem::is_directory(file, failure)) return Error{fmt::format("{}: no ranges can be read from there: check the name", file)};
-    text << stream.rdbuf();
+    const auto sensed = read_sensed(file);
+    if (!sensed) return Error{fmt::format("{}: no ranges can be read from there: check the name", file)};
     RangeReader reader(site, robot, receiver);
     RangeBatch batch;
-    reader.feed(text.str(), std::nullopt, batch);
+    reader.feed(sensed->text, std::nullopt, batch);
     reader.finish(std::nullopt, batch);
+    if (!sensed->note.empty()) batch.problems.push_back(sensed->note);
     for (std::string& problem : batch.problems) problem = file + ": " + problem;
     if (reader.lines() > 0 && reader.bad_lines() == reader.lines()) return Error{batch.problems[0]};
     const auto earlier = [](const auto& a, const auto& b) { return a.time < b.time; };

@@ -10,6 +10,7 @@
 #include "roomfix/base/number.hpp"
 #include "roomfix/base/text_file.hpp"
 #include "roomfix/connect/json_text.hpp"
+#include "roomfix/connect/sensed_lines.hpp"
 
 namespace roomfix {
 namespace {
@@ -126,10 +127,11 @@ Result<SightingBatch> parse_sightings(std::string_view text, const Site& site, i
 }
 
 Result<SightingBatch> load_sightings(const std::string& file, const Site& site, int robot) {
-    const auto text = read_text(file);
-    if (!text) return Error{text.error().message + " (the detector's 'source')"};
-    auto batch = parse_sightings(*text, site, robot);
+    const auto sensed = read_sensed(file);
+    if (!sensed) return Error{sensed.error().message + " (the detector's 'source')"};
+    auto batch = parse_sightings(sensed->text, site, robot);
     if (!batch) return Error{file + ": " + batch.error().message};
+    if (!sensed->note.empty()) batch->problems.push_back(sensed->note);
     for (std::string& problem : batch->problems) problem.insert(0, file + ", ");
     return batch;
 }

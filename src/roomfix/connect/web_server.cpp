@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -25,7 +26,6 @@ constexpr std::size_t largest_body = 64 * 1024;
 
 struct WebServer::Impl {
     std::unique_ptr<httplib::Server> server;
-    std::vector<std::pair<std::string, std::function<WebAnswer(const WebQuery&)>>> added;
     std::thread thread;
     socket_t socket = INVALID_SOCKET;
     int port = 0;
@@ -38,10 +38,12 @@ struct WebServer::Impl {
     std::uint64_t version = 0;
     bool stopping = false;
     std::function<std::vector<std::uint8_t>(const std::string&)> picture;
+    std::map<std::string, WebAnswerer> added;  // by their paths
 
     bool write_event(httplib::DataSink& sink, std::uint64_t& seen);
     void answer_events(httplib::Response& response);
     void answer_picture(const std::string& camera, httplib::Response& response);
+    void answer_added(const httplib::Request& request, httplib::Response& response);
     void set_limits();
     void ask_for(const std::string& token);
     void add_routes();
@@ -91,6 +93,19 @@ void WebServer::Impl::answer_picture(const std::string& camera, httplib::Respons
     response.set_content(reinterpret_cast<const char*>(bytes.data()), bytes.size(), "image/jpeg");
 }
 
+/// What nobody else answers.
+void WebServer::Impl::answer_added(const httplib::Request& request, httplib::Response& response) {
+    WebAnswerer answerer;
+    {
+        const std::lock_guard lock(mutex);
+        if (const auto found = added.find(request.path); found != added.end()) answerer = found->second;
+    }
+    WebAnswer answer{404, "text/plain", "there is nothing at this address\n"};
+    if (answerer) answer = answerer(request.params);
+    response.status = answer.status;
+    response.set_content(std::move(answer.body), answer.type);
+}
+
 void WebServer::Impl::add_page() {
     for (const EmbeddedFile& file : page_files()) {
         const auto serve = [&file](const httplib::Request&, httplib::Response& response) {
@@ -117,13 +132,6 @@ void WebServer::Impl::add_routes() {
     server->Get("/api/events", [this](const httplib::Request&, httplib::Response& response) { answer_events(response); });
     server->Get(R"(/api/cameras/([A-Za-z0-9_-]+)\.jpg)",
                 [this](const httplib::Request& request, httplib::Response& response) { answer_picture(request.matches[1], response); });
-    for (const auto& route : added) {
-        server->Get(route.first, [&answer = route.second](const httplib::Request& request, httplib::Response& response) {
-            WebAnswer given = answer(WebQuery(request.params.begin(), request.params.end()));
-            response.status = given.status;
-            response.set_content(std::move(given.body), given.type);
-        });
-    }
 }
 
 void WebServer::Impl::set_limits() {
@@ -166,7 +174,10 @@ void WebServer::set_picture_source(std::function<std::vector<std::uint8_t>(const
     impl_->picture = std::move(source);
 }
 
-void WebServer::add_route(std::string path, std::function<WebAnswer(const WebQuery&)> answer) { impl_->added.emplace_back(std::move(path), std::move(answer)); }
+void WebServer::add_route(const std::string& path, WebAnswerer answerer) {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->added[path] = std::move(answerer);
+}
 
 Result<void> WebServer::start(const WebAccess& access) {
     if (access.certificate.empty()) {
@@ -184,6 +195,7 @@ Result<void> WebServer::start(const WebAccess& access) {
     if (!access.token.empty()) impl_->ask_for(access.token);
     impl_->add_routes();
     impl_->add_page();
+    impl_->server->Get(".*", [impl = impl_.get()](const httplib::Request& request, httplib::Response& response) { impl->answer_added(request, response); });
     if (access.port == 0) {
         impl_->port = impl_->server->bind_to_any_port(access.host);
     } else {

@@ -3,12 +3,12 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "roomfix/connect/web_access.hpp"
+#include "roomfix/connect/web_answer.hpp"
 
 namespace roomfix {
 
@@ -22,15 +22,6 @@ struct EmbeddedFile {
 
 /// The built page; empty if the program was built without it.
 const std::vector<EmbeddedFile>& page_files();
-
-/// The values of an address behind its question mark.
-using WebQuery = std::multimap<std::string, std::string>;
-
-struct WebAnswer {
-    int status = 200;
-    std::string type = "application/json";
-    std::string body;
-};
 
 /// Serves GET / and the page's files, /api/site, /api/state, /api/events (a "state" event whenever publish() is called), /api/cameras/ID.jpg and what is added.
 /// Answers only; nothing can be changed through it. Requests are bounded in size and time, connections and event streams in number: slow and idle clients
@@ -46,8 +37,8 @@ public:
     void set_site(std::string json);
     /// Called for /api/cameras/ID.jpg; an empty answer means there is no such picture (yet).
     void set_picture_source(std::function<std::vector<std::uint8_t>(const std::string& camera)> source);
-    /// Before start(): `answer` is called for `path`, from several threads at once.
-    void add_route(std::string path, std::function<WebAnswer(const WebQuery&)> answer);
+    /// `answerer` is called for a path such as /metrics, from several threads at once.
+    void add_route(const std::string& path, WebAnswerer answerer);
 
     /// Starts serving in threads of its own. An error if the address is taken or not ours, or the certificate cannot be used.
     Result<void> start(const WebAccess& access);

@@ -246,7 +246,7 @@ Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const We
     tracker.keep_frames();
     page->server_.set_site(page->site_json());
     page->server_.set_picture_source([shown = page.get()](const std::string& camera) { return shown->picture_of(camera); });
-    page->server_.add_route("/metrics", [shown = page.get()](const WebQuery&) { return WebAnswer{200, "text/plain; version=0.0.4", shown->metrics()}; });
+    page->server_.add_route("/metrics", [shown = page.get()](const WebParameters&) { return WebAnswer{200, "text/plain; version=0.0.4", shown->metrics()}; });
     if (auto started = page->server_.start(*access); !started) return started.error();
     return page;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "roomfix/connect/web_server.hpp"
@@ -23,6 +24,8 @@ public:
 
     std::string name() const override { return "the page"; }
     int port() const { return server_.port(); }
+    /// From now on /api/history is answered.
+    void show_history(WebAnswerer answerer) { server_.add_route("/api/history", std::move(answerer)); }
     Result<void> give(const FixBatch& batch) override;
 
 private:

@@ -8,6 +8,7 @@
 #include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/sink_queue.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
@@ -59,6 +60,7 @@ Result<void> SourceRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>
         process_senses_until(first);
         tracker_.go_on(first);
         auto fed = tracker_.process(looked_at, pool);
+        for (std::size_t i = 0; i < round.size() && recorder_ != nullptr; ++i) recorder_->give(round[i], std::move(taken[i]));
         if (!fed && counts[round.front()].came == 1) return fed;  // the very first frame does not fit: nothing will
         pool.run(static_cast<int>(round.size()), [&](int job) { frames.advance(round[static_cast<std::size_t>(job)]); });
         for (const std::size_t camera : round) tracker_.count_dropped(camera, counts[camera].came, counts[camera].dropped);

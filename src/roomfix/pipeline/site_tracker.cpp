@@ -43,9 +43,23 @@ Result<void> SiteTracker::process(const CameraFrame& frame) {
 }
 
 Result<void> SiteTracker::process(const std::vector<CameraFrame>& frames, WorkerPool& pool) { return impl_->process(frames, pool); }
-void SiteTracker::process(const RangeBatch& batch) { impl_->process(batch); }
-void SiteTracker::process(const SightingBatch& batch) { impl_->process(batch); }
-void SiteTracker::process(const OdometryBatch& batch) { impl_->process(batch); }
+
+void SiteTracker::process(const RangeBatch& batch) {
+    if (impl_->tap_.ranges) impl_->tap_.ranges(batch);
+    impl_->process(batch);
+}
+
+void SiteTracker::process(const SightingBatch& batch) {
+    if (impl_->tap_.sightings) impl_->tap_.sightings(batch);
+    impl_->process(batch);
+}
+
+void SiteTracker::process(const OdometryBatch& batch) {
+    if (impl_->tap_.odometry) impl_->tap_.odometry(batch);
+    impl_->process(batch);
+}
+
+void SiteTracker::tap_senses(SenseTap tap) { impl_->tap_ = std::move(tap); }
 
 void SiteTracker::go_on(Nanoseconds time) {
     const std::lock_guard lock(impl_->mutex_);

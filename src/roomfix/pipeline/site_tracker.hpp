@@ -46,6 +46,13 @@ struct CameraFrame {
     Nanoseconds time = 0;
 };
 
+/// Who hears what robots sensed.
+struct SenseTap {
+    std::function<void(const RangeBatch&)> ranges;
+    std::function<void(const SightingBatch&)> sightings;
+    std::function<void(const OdometryBatch&)> odometry;
+};
+
 /// Everything that a page shows beside the fixes, at one moment.
 struct SiteSnapshot {
     std::vector<CameraState> cameras;
@@ -90,6 +97,8 @@ public:
     void process(const SightingBatch& batch);
     /// What robots' wheels reported.
     void process(const OdometryBatch& batch);
+    /// `tap` gets everything that is sensed before it is used, from the thread that put it in; no lock is held.
+    void tap_senses(SenseTap tap);
     /// Recordings may have gaps of any length: what comes next is of this time.
     void go_on(Nanoseconds time);
 

@@ -65,6 +65,7 @@ struct SiteTracker::Impl {
     Site site_;
     std::vector<std::unique_ptr<Camera>> cameras_;
     std::function<void(Nanoseconds)> sensed_until_;
+    SenseTap tap_;
     bool keeps_frames_ = false;
     StageTimes times_;
     FixDelivery delivery_{times_};

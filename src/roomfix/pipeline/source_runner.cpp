@@ -13,6 +13,7 @@
 #include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
+#include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/sink_queue.hpp"
 #include "roomfix/pipeline/wall_clock.hpp"
 
@@ -20,8 +21,9 @@ namespace roomfix {
 
 SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(std::make_unique<RecordedSenses>()) {
     tracker_.on_fixes([this](const FixBatch& batch) {
-        if (sinks_.empty()) return;
+        if (sinks_.empty() && recorder_ == nullptr) return;
         const auto shared = std::make_shared<const FixBatch>(batch);
+        if (recorder_ != nullptr) recorder_->give(shared);
         for (const auto& sink : sinks_) sink->give(shared);
     });
     tracker_.before_frames([this](Nanoseconds time) { process_senses_until(time); });
@@ -32,6 +34,12 @@ SourceRunner::~SourceRunner() = default;
 void SourceRunner::add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity) {
     const std::lock_guard lock(sinks_mutex_);
     sinks_.push_back(std::make_unique<SinkQueue>(std::move(sink), capacity, overflow));
+}
+
+void SourceRunner::record_to(SessionRecorder& recorder) {
+    recorder_ = &recorder;
+    tracker_.tap_senses({[&recorder](const RangeBatch& batch) { recorder.give(batch); }, [&recorder](const SightingBatch& batch) { recorder.give(batch); },
+                         [&recorder](const OdometryBatch& batch) { recorder.give(batch); }});
 }
 
 Result<void> SourceRunner::finish_sinks() {
@@ -119,6 +127,9 @@ Result<void> SourceRunner::load_senses() {
 Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources, const RunSettings& settings, const std::atomic<bool>& stop,
                                const std::function<void(double)>& progress) {
     if (auto loaded = load_senses(); !loaded) return loaded;
+    for (const auto& source : sources) {
+        if (recorder_ != nullptr) source->keep_files();
+    }
     const std::vector<SiteRobot>& robots = tracker_.site().robots;
     std::vector<std::thread> threads;
     for (std::size_t r = 0; r < robots.size(); ++r) {
@@ -169,7 +180,10 @@ void SourceRunner::run_live(const std::vector<LiveSource>& sources, int threads,
             (void)tracker_.process(together, pool);
             together.clear();
         }
-        for (const LiveFrame& frame : round) tracker_.count_dropped(frame.camera, frame.count.came, frame.count.dropped);
+        for (LiveFrame& frame : round) {
+            tracker_.count_dropped(frame.camera, frame.count.came, frame.count.dropped);
+            if (recorder_ != nullptr) recorder_->give(frame.camera, std::move(frame.frame));
+        }
     }
 }
 

@@ -15,6 +15,7 @@
 namespace roomfix {
 
 class RecordedSenses;
+class SessionRecorder;
 class SinkQueue;
 struct LiveSource;
 
@@ -34,6 +35,8 @@ public:
 
     /// Before the run: the sink gets all its fixes. `overflow`: what happens where it cannot keep up.
     void add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity = 1000);
+    /// From now on everything that the tracker gets and gives is recorded. Before `run`; `recorder` must outlive the runner.
+    void record_to(SessionRecorder& recorder);
     /// Waits until every sink has what it was given. The first error of any of them.
     Result<void> finish_sinks();
     /// From any thread.
@@ -58,6 +61,7 @@ private:
     void tell_time(Nanoseconds now);
 
     SiteTracker& tracker_;
+    SessionRecorder* recorder_ = nullptr;
     std::unique_ptr<RecordedSenses> recorded_;
     mutable std::mutex sinks_mutex_;  // held while a sink is added or asked; fixes go to those that were there before the run
     std::vector<std::unique_ptr<SinkQueue>> sinks_;

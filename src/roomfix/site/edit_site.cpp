@@ -149,6 +149,19 @@ Result<std::string> with_values(std::string_view text, const SiteEdit& edit) {
     }
 }
 
+Result<std::string> without_section(std::string_view text, const std::string& key) {
+    try {
+        const YAML::Node root = YAML::Load(std::string(text));
+        const bool flow = root.IsMap() && root.Style() == YAML::EmitterStyle::Flow;
+        for (const auto& [name, entry] : entries_of(text, root, flow)) {
+            if (name == key) return removed(text, entry, flow);
+        }
+        return std::string(text);
+    } catch (const YAML::Exception& problem) {
+        return Error{"not valid YAML: " + problem.msg};
+    }
+}
+
 Result<std::filesystem::path> write_site_values(const std::filesystem::path& file, const std::vector<SiteEdit>& edits) {
     const auto text = read_text(file);
     if (!text) return text.error();

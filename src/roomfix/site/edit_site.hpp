@@ -25,7 +25,10 @@ struct SiteEdit {
 /// The text of a site file with keys of SECTION.ID replaced, added after the others, or removed. An error if there is nothing of that id.
 Result<std::string> with_values(std::string_view text, const SiteEdit& edit);
 
-/// Does that to a file, several times. The file as it was is kept beside it, its name followed by the date and time; returns that name.
+/// The text without one of the keys of the file itself, such as `outputs`, and all that is under it.
+Result<std::string> without_section(std::string_view text, const std::string& key);
+
+/// Changes a file's values, several times. The file as it was is kept beside it, its name followed by the date and time; returns that name.
 /// Nothing is changed unless all of it can be written.
 Result<std::filesystem::path> write_site_values(const std::filesystem::path& file, const std::vector<SiteEdit>& edits);
 

@@ -92,24 +92,12 @@ std::string shape_text(const Shape& shape) {
     return "shape: cylinder, size: " + list_text(std::array{cylinder.diameter, cylinder.height});
 }
 
-/// Parts as their points, whatever they were written as.
-std::string parts_text(const std::vector<ConvexPart>& parts) {
-    std::string text = "parts: [";
-    for (const ConvexPart& part : parts) {
-        text += &part == &parts.front() ? "" : ",\n             ";
-        text += "{points: [";
-        for (const auto& p : part.points) text += (&p == &part.points.front() ? "" : ", ") + list_text(p);
-        text += "]}";
-    }
-    return text + "]";
-}
-
 std::string body_text(const SiteRobot& robot) {
     if (!robot.learned_body.empty()) return "model: " + robot.learned_body;
     if (!robot.model.empty()) {
         return "model: " + robot.model + (robot.model_scale != 1 ? ", model_scale: " + number_text(robot.model_scale) : "");
     }
-    return robot.parts.empty() ? shape_text(robot.shape) : parts_text(robot.parts);
+    return robot.parts.empty() ? shape_text(robot.shape) : "parts: " + parts_text(robot.parts);
 }
 
 std::string receiver_text(const Receiver& receiver, const SiteRobot& robot) {
@@ -167,6 +155,17 @@ std::string landmark_text(const SiteLandmark& landmark) {
 
 }  // namespace
 
+std::string parts_text(const std::vector<ConvexPart>& parts) {
+    std::string text = "[";
+    for (const ConvexPart& part : parts) {
+        text += &part == &parts.front() ? "" : ",\n             ";
+        text += "{points: [";
+        for (const auto& p : part.points) text += (&p == &part.points.front() ? "" : ", ") + list_text(p);
+        text += "]}";
+    }
+    return text + "]";
+}
+
 std::vector<std::pair<std::string, std::string>> senses_text(const SiteRobot& robot) {
     std::vector<std::pair<std::string, std::string>> all;
     if (robot.odometry) {
@@ -215,6 +214,7 @@ std::string site_text(const Site& site) {
     std::string text = fmt::format("roomfix: 1\nsite:\n  name: {}\n", site.name);
     if (site.ceiling > 0) text += "  ceiling: " + number_text(site.ceiling) + "\n";
     if (site.temperature != Site().temperature) text += "  temperature: " + number_text(site.temperature) + "\n";
+    if (site.lost != Site().lost) text += "  lost: " + number_text(site.lost) + "\n";
     if (!site.walls.empty()) {
         text += "  walls:\n";
         for (const Polyline& line : site.walls) {

@@ -18,6 +18,8 @@ std::string pose_text(const KnownPose& known, const CameraModel& model);
 std::string intrinsics_text(const CameraModel& model, const IntrinsicsMatrix& covariance);
 /// A robot's odometry, receiver or receivers, and detector, as it has them: key and value, each on one line.
 std::vector<std::pair<std::string, std::string>> senses_text(const SiteRobot& robot);
+/// A robot's parts as their points, whatever they were written as.
+std::string parts_text(const std::vector<ConvexPart>& parts);
 std::string distortion_text(const CameraModel& model);
 
 }  // namespace roomfix

@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "roomfix/connect/sql_database.hpp"
+
+#ifdef ROOMFIX_WITH_POSTGRESQL
+#include <pqxx/pqxx>
+#endif
+
+namespace roomfix {
+
+#ifdef ROOMFIX_WITH_POSTGRESQL
+namespace {
+
+/// An address with a setting added, unless it says something of it already.
+std::string with_setting(const std::string& address, const std::string& name, const std::string& value) {
+    if (address.find(name + "=") != std::string::npos) return address;
+    return fmt::format("{}{}{}={}", address, address.find('?') == std::string::npos ? '?' : '&', name, value);
+}
+
+/// An address in its parts, as far as messages need them.
+struct AddressParts {
+    std::string password;
+    std::string shown;  // without user, password and settings
+};
+
+AddressParts parts_of(const std::string& address) {
+    const std::size_t begin = address.find("://") + 3;
+    const std::string rest = address.substr(begin, address.find('?', begin) - begin);
+    const std::size_t at = rest.rfind('@');
+    if (at == std::string::npos) return {"", "postgresql://" + rest};
+    const std::size_t colon = rest.find(':');
+    return {colon < at ? rest.substr(colon + 1, at - colon - 1) : "", "postgresql://" + rest.substr(at + 1)};
+}
+
+class PostgresqlDatabase final : public SqlDatabase {
+public:
+    PostgresqlDatabase(const std::string& address, std::vector<std::string> setup) : parts_(parts_of(address)), setup_(std::move(setup)) {
+        // A server that is gone without a word is noticed after some seconds.
+        address_ = with_setting(with_setting(address, "connect_timeout", "3"), "tcp_user_timeout", "5000");
+    }
+
+    Result<void> run(const std::vector<std::string>& statements) override {
+        return attempt<void>([&](pqxx::work& work) {
+            for (const std::string& statement : statements) work.exec(statement);
+            work.commit();
+            return Result<void>();
+        });
+    }
+
+    Result<std::vector<SqlRow>> rows(const std::string& select) override {
+        return attempt<std::vector<SqlRow>>([&](pqxx::work& work) {
+            std::vector<SqlRow> rows;
+            for (const pqxx::row& found : work.exec(select)) {
+                SqlRow& row = rows.emplace_back();
+                for (const pqxx::field& field : found) row.push_back(field.is_null() ? std::nullopt : std::optional<std::string>(field.c_str()));
+            }
+            return Result<std::vector<SqlRow>>(std::move(rows));
+        });
+    }
+
+private:
+    template <class T, class Work>
+    Result<T> attempt(const Work& work) {
+        try {
+            if (!connection_) connect();
+            pqxx::work transaction(*connection_);
+            return work(transaction);
+        } catch (const std::exception& problem) {
+            connection_.reset();  // whatever it was, a new connection does not suffer from it
+            return Error{fmt::format("history {}: {}; is the server running, and do user and password fit (PGPASSWORD, ~/.pgpass)?", parts_.shown,
+                                     shown(problem.what()))};
+        }
+    }
+
+    void connect() {
+        auto connection = std::make_unique<pqxx::connection>(address_);
+        pqxx::work work(*connection);
+        work.exec("SET client_min_messages = warning");  // that a table exists already is no news
+        for (const std::string& statement : setup_) work.exec(statement);
+        work.exec("SET statement_timeout = 10000");  // ms
+        work.commit();
+        connection_ = std::move(connection);
+    }
+
+    /// A message on one line, without the password that it may quote.
+    std::string shown(std::string text) const {
+        for (std::size_t at = 0; !parts_.password.empty() && (at = text.find(parts_.password, at)) != std::string::npos; at += 3) {
+            text.replace(at, parts_.password.size(), "***");
+        }
+        while (!text.empty() && text.back() == '\n') text.pop_back();
+        for (char& c : text) {
+            if (c == '\n' || c == '\t') c = ' ';
+        }
+        return text;
+    }
+
+    std::string address_;
+    AddressParts parts_;
+    std::vector<std::string> setup_;
+    std::unique_ptr<pqxx::connection> connection_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<SqlDatabase>> postgresql_database(const std::string& address, std::vector<std::string> setup) {
+    return std::unique_ptr<SqlDatabase>(std::make_unique<PostgresqlDatabase>(address, std::move(setup)));
+}
+
+#else
+
+Result<std::unique_ptr<SqlDatabase>> postgresql_database(const std::string&, std::vector<std::string>) {
+    return Error{"outputs.history: this roomfix was built without PostgreSQL: install libpqxx-dev and build it anew, or give an SQLite file as 'database'"};
+}
+
+#endif
+
+}  // namespace roomfix

@@ -1,0 +1,150 @@
+// `run --record`: the same fixes again, kill -9, full disks.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "acceptance/program.hpp"
+#include "roomfix/base/text_file.hpp"
+#include "roomfix/evaluate/recorded_fixes.hpp"
+
+namespace roomfix {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Record : public ::testing::Test {
+protected:
+    void SetUp() override { fs::create_directories(folder); }
+    void TearDown() override { fs::remove_all(folder); }
+    std::string path(const std::string& name) const { return (folder / name).string(); }
+    void simulate(const std::string& scenario, double seconds) const {
+        const Outcome made = call(fmt::format("simulate {} --duration {} -o {}", scenario, seconds, path("session")));
+        ASSERT_EQ(made.code, 0) << made.text;
+    }
+    fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_record_{}", getpid());
+};
+
+/// The program in a process of its own, which may be killed.
+class RunningProgram {
+public:
+    explicit RunningProgram(const std::string& arguments) {
+        process_ = fork();
+        if (process_ != 0) return;
+        const std::string command = "exec " + std::string(ROOMFIX_PROGRAM) + " " + arguments + " >/dev/null 2>&1";
+        execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+        _exit(127);
+    }
+    ~RunningProgram() { kill(); }
+    RunningProgram(const RunningProgram&) = delete;
+    RunningProgram& operator=(const RunningProgram&) = delete;
+    void kill() {
+        if (process_ <= 0) return;
+        ::kill(process_, SIGKILL);
+        waitpid(process_, nullptr, 0);
+        process_ = -1;
+    }
+
+private:
+    pid_t process_ = -1;
+};
+
+TEST_F(Record, ReplayOfARecordingGivesTheSameBytes) {
+    simulate("demo", 0.5);  // three fixed cameras, two on robots, ranges and wheels
+    const Outcome ran = call(fmt::format("run {}/site.yaml --no-page --speed 0 --fixes {} --record {}", path("session"), path("ran.jsonl"), path("same")));
+    expect_says(ran, 0, "recorded to");
+    const Outcome replayed = call(fmt::format("replay {} --fixes {}", path("same"), path("replayed.jsonl")));
+    ASSERT_EQ(replayed.code, 0) << replayed.text;
+    const std::string fixes = *read_text(path("ran.jsonl"));
+    EXPECT_GT(std::count(fixes.begin(), fixes.end(), '\n'), 20);
+    EXPECT_EQ(fixes, *read_text(path("replayed.jsonl")));
+    EXPECT_EQ(fixes, *read_text(path("same") + "/fixes.jsonl"));
+    EXPECT_EQ(*read_text(path("session") + "/frames/hall1/000300000000.jpg"), *read_text(path("same") + "/frames/hall1/000300000000.jpg")) << "as it came";
+    const Outcome again = call(fmt::format("run {}/site.yaml --no-page --speed 0 --record {}", path("session"), path("same")));
+    expect_says(again, 2, "is not empty");
+}
+
+/// What the program had in its hands is known from the fixes that it wrote at once.
+TEST_F(Record, KilledAtAnyMomentItLeavesASessionThatLacksLessThanASecond) {
+    simulate("kim2011-drive", 3);
+    constexpr int programs = 4;
+    std::vector<std::unique_ptr<RunningProgram>> running;
+    std::mt19937 random(30);
+    for (int i = 0; i < programs; ++i) {
+        running.push_back(std::make_unique<RunningProgram>(fmt::format("run {}/site.yaml --no-page --speed 1 --fixes {} --record {}", path("session"),
+                                                                       path(fmt::format("{}.jsonl", i)), path(fmt::format("killed{}", i)))));
+    }
+    const auto has_fixes = [&](int i) { return fs::exists(path(fmt::format("killed{}/site.yaml", i))) && load_fixes(path(fmt::format("{}.jsonl", i))); };
+    for (int i = 0; i < programs; ++i) {
+        for (int tries = 0; tries < 6000 && !has_fixes(i); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        std::this_thread::sleep_for(std::chrono::milliseconds(std::uniform_int_distribution<int>(100, 700)(random)));
+        running[static_cast<std::size_t>(i)]->kill();
+    }
+    for (int i = 0; i < programs; ++i) {
+        const std::string session = path(fmt::format("killed{}", i));
+        EXPECT_TRUE(fs::exists(session + "/unfinished"));
+        const auto given = load_fixes(path(fmt::format("{}.jsonl", i)));
+        const auto recorded = load_fixes(session + "/fixes.jsonl");
+        ASSERT_TRUE(given && recorded) << i;
+        EXPECT_LT(to_seconds(given->fixes.back().time - recorded->fixes.back().time), 1);
+        const Outcome replayed = call(fmt::format("replay {} --fixes {}", session, path("again.jsonl")));
+        ASSERT_EQ(replayed.code, 0) << replayed.text;
+        const auto again = load_fixes(path("again.jsonl"));
+        ASSERT_TRUE(again);
+        EXPECT_LT(to_seconds(given->fixes.back().time - again->fixes.back().time), 1);
+    }
+}
+
+/// No file may be larger than 4 kB.
+TEST_F(Record, WhereFilesCannotGrowTheRunGoesOnAndEndsWithAnError) {
+    simulate("kim2011-drive", 1);
+    const std::string command = fmt::format("sh -c \"trap '' XFSZ; ulimit -f 8; exec {} run {}/site.yaml --no-page --speed 0 --record {}\" 2>&1",
+                                            ROOMFIX_PROGRAM, path("session"), path("small"));
+    FILE* pipe = popen(command.c_str(), "r");
+    std::string text(1 << 16, '\0');
+    text.resize(std::fread(text.data(), 1, text.size(), pipe));
+    EXPECT_EQ(WEXITSTATUS(pclose(pipe)), 1) << text;
+    EXPECT_NE(text.find("not recorded: "), std::string::npos) << text;
+    EXPECT_NE(text.find("make room there"), std::string::npos) << text;
+    EXPECT_NE(text.find("are missing in the recording"), std::string::npos) << text;
+    EXPECT_NE(text.find("camera up: 10 frames"), std::string::npos) << "the run itself is whole: " << text;
+}
+
+TEST_F(Record, AFullOrReadOnlyDiskIsSaidAndWhatFitsCanBeReplayed) {
+    simulate("kim2011-drive", 3);
+    fs::create_directories(path("disk"));
+    const auto with_disk = [this](const std::string& options, const std::string& commands) {
+        return fmt::format("unshare -rm sh -c 'mount -t tmpfs -o {} disk {}; {}' 2>&1", options, path("disk"), commands);
+    };
+    if (std::system((with_disk("size=1m", "true") + " >/dev/null").c_str()) != 0) GTEST_SKIP() << "no file systems of one's own here";
+    const auto output_of = [](const std::string& command) {
+        FILE* pipe = popen(command.c_str(), "r");
+        std::string text(1 << 16, '\0');
+        text.resize(std::fread(text.data(), 1, text.size(), pipe));
+        pclose(pipe);
+        return text;
+    };
+    const std::string run = fmt::format("{} run {}/site.yaml --no-page --speed 0 --fixes {} --record {}/rec; echo code $?", ROOMFIX_PROGRAM, path("session"),
+                                        path("whole.jsonl"), path("disk"));
+    const std::string replay = fmt::format("{} replay {}/rec --fixes {}; echo replay $?", ROOMFIX_PROGRAM, path("disk"), path("part.jsonl"));
+    const std::string full = output_of(with_disk("size=300k", run + "; " + replay));
+    EXPECT_NE(full.find("No space left on device): make room there"), std::string::npos) << full;
+    EXPECT_NE(full.find("code 1"), std::string::npos) << full;
+    EXPECT_NE(full.find("replay 0"), std::string::npos) << full;
+    const auto whole = load_fixes(path("whole.jsonl"));
+    ASSERT_TRUE(whole);
+    EXPECT_GT(whole->fixes.back().time, from_seconds(2.9)) << "the run went on to its end";
+    const std::string read_only = output_of(with_disk("ro", run));
+    EXPECT_NE(read_only.find("Read-only file system"), std::string::npos) << read_only;
+    EXPECT_NE(read_only.find("code 1"), std::string::npos) << read_only;
+}
+
+}  // namespace
+}  // namespace roomfix
