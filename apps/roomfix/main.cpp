@@ -11,12 +11,14 @@ int main(int argc, char** argv) {
     roomfix::add_run(app, exit_code);
     roomfix::add_replay(app, exit_code);
     roomfix::add_evaluate(app, exit_code);
+    roomfix::add_export(app, exit_code);
     roomfix::add_fix(app, exit_code);
     roomfix::add_simulate(app, exit_code);
     roomfix::add_reproduce(app, exit_code);
     roomfix::add_calibrate(app, exit_code);
     roomfix::add_check(app, exit_code);
     roomfix::add_cameras(app, exit_code);
+    roomfix::add_doctor(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& problem) {

@@ -32,7 +32,7 @@ std::optional<double> FixDelivery::latency(Nanoseconds time) const {
 void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts) {
     const std::lock_guard lock(mutex_);
     const double before = wall_clock();
-    FixBatch batch{time, {}, std::move(all)};
+    FixBatch batch{time, {}, std::move(all), std::exchange(odometry_, {})};
     for (Fix& fix : batch.all) {
         const bool due = is_due(fix);
         fix.sources = single_sources(fix.sources);
@@ -53,6 +53,13 @@ void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::fu
     }
     due_.push_back(std::move(batch));
     times_.add(Stage::publish, wall_clock() - before);
+}
+
+void FixDelivery::add_odometry(const OdometryObservation& report) {
+    constexpr std::size_t most = 1000;  // while nothing else comes, old ones are of no use to anybody
+    const std::lock_guard lock(mutex_);
+    if (odometry_.size() >= most) odometry_.erase(odometry_.begin(), odometry_.begin() + most / 2);
+    odometry_.push_back(report);
 }
 
 void FixDelivery::deliver() {

@@ -29,6 +29,8 @@ public:
 
     /// Of all robots' fixes at a time those that are due wait to be delivered. That a robot is lost is said only once.
     void make_due(Nanoseconds time, std::vector<Fix> all, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts);
+    /// Goes along with the next batch.
+    void add_odometry(const OdometryObservation& report);
     /// Calls the listeners with all that waits, one batch at a time.
     void deliver();
 
@@ -46,6 +48,7 @@ private:
     std::map<std::string, FixStatus> last_status_;
     std::map<std::string, Nanoseconds> last_given_;
     std::vector<FixBatch> due_;
+    std::vector<OdometryObservation> odometry_;  // that no batch has taken along yet
 };
 
 }  // namespace roomfix

@@ -6,14 +6,16 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/observation/fix.hpp"
+#include "roomfix/observation/odometry_observation.hpp"
 
 namespace roomfix {
 
 /// The fixes of one moment.
 struct FixBatch {
     Nanoseconds time = 0;
-    std::vector<Fix> given;  // those that are due: of robots that this moment says something about, and of lost ones
-    std::vector<Fix> all;    // of every robot that anything was said of, at that time
+    std::vector<Fix> given;                     // those that are due: of robots that this moment says something about, and of lost ones
+    std::vector<Fix> all;                       // of every robot that anything was said of, at that time
+    std::vector<OdometryObservation> odometry;  // what robots' wheels reported since the last batch, as it came
 };
 
 /// How a sink fares, for the page and the final report.

@@ -14,6 +14,13 @@ void append(std::vector<T>& all, const std::vector<T>& more) {
     all.insert(all.end(), more.begin(), more.end());
 }
 
+constexpr Nanoseconds ended = std::numeric_limits<Nanoseconds>::max();
+
+template <class T>
+Nanoseconds time_of_next(const std::vector<T>& all, std::size_t next) {
+    return next < all.size() ? all[next].time : ended;
+}
+
 template <class T>
 void sort_by_time(std::vector<T>& all) {
     std::stable_sort(all.begin(), all.end(), [](const T& a, const T& b) { return a.time < b.time; });
@@ -77,9 +84,14 @@ void RecordedSenses::drop_odometry(int robot, const std::string& why) {
     problems_.push_back(why);
 }
 
+std::optional<Nanoseconds> RecordedSenses::next_time() const {
+    const Nanoseconds next = std::min({time_of_next(odometry_.poses, next_odometry_), time_of_next(ranges_.ranges, next_range_),
+                                       time_of_next(ranges_.differences, next_difference_), time_of_next(sightings_.sightings, next_sighting_)});
+    if (next == ended) return std::nullopt;
+    return next;
+}
+
 void RecordedSenses::tell_until(Nanoseconds time, const SenseListener& listener) {
-    constexpr Nanoseconds ended = std::numeric_limits<Nanoseconds>::max();
-    const auto time_of_next = [&](const auto& all, std::size_t next) { return next < all.size() ? all[next].time : ended; };
     while (true) {
         const Nanoseconds pose = time_of_next(odometry_.poses, next_odometry_);
         const Nanoseconds range = time_of_next(ranges_.ranges, next_range_);

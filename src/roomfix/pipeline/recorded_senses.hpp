@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,8 @@ public:
 
     /// Tells what lies between the last call's time and this one, as it would have come.
     void tell_until(Nanoseconds time, const SenseListener& listener);
+    /// The time of what is told next; nothing at the end.
+    std::optional<Nanoseconds> next_time() const;
     /// All that one robot sensed.
     Senses of(int robot) const;
     /// Before any of it was told: what this robot's wheels said cannot be used.

@@ -1,7 +1,6 @@
 // The part of a site's work that runs recordings.
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <thread>
 
 #include "roomfix/base/worker_pool.hpp"
@@ -39,16 +38,18 @@ Result<void> SourceRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>
         counts[i].dropped += late;
         return late;
     };
+    const auto keep_pace = [&](Nanoseconds first, Nanoseconds last) {
+        if (settings.speed <= 0) return;
+        if (!pace) pace = Pace{wall_clock(), first, settings.speed};
+        if (settings.on_time && !tracker_.measures_latency()) tracker_.measure_latency(*pace);
+        wait_until(pace->wall_of(last), stop);
+    };
     RecordedFrames frames(sources, stop, listener);
     WorkerPool pool(std::max(settings.threads, 1));
     double done = 0;
     for (auto round = frames.next_round(); !round.empty() && !stop; round = frames.next_round()) {
         const Nanoseconds first = frames.time_of(round.front());
-        if (settings.speed > 0) {
-            if (!pace) pace = Pace{wall_clock(), first, settings.speed};
-            if (settings.on_time && !tracker_.measures_latency()) tracker_.measure_latency(*pace);
-            wait_until(pace->wall_of(frames.time_of(round.back())), stop);
-        }
+        keep_pace(first, frames.time_of(round.back()));
         std::vector<SourceFrame> taken;
         taken.reserve(round.size());  // the frames to look at point into it
         std::vector<CameraFrame> looked_at;
@@ -67,7 +68,11 @@ Result<void> SourceRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>
         done += static_cast<double>(round.size());
         if (progress) progress(std::min(1.0, done / std::max(frames.total(), 1.0)));
     }
-    if (!stop) process_senses_until(std::numeric_limits<Nanoseconds>::max());
+    // What was sensed after the last frame, or without any.
+    for (auto next = recorded_->next_time(); next && !stop; next = recorded_->next_time()) {
+        keep_pace(*next, *next);
+        process_senses_until(*next);
+    }
     return {};
 }
 

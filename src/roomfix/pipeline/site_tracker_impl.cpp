@@ -291,6 +291,7 @@ void SiteTracker::Impl::process(const OdometryBatch& batch) {
         note_problems(batch.problems);
         for (const OdometryObservation& pose : batch.poses) {
             tracker_.observe(pose);
+            if (pose.robot >= 0 && pose.robot < unknown_robot()) delivery_.add_odometry(pose);
             if (!wheels_give_fix(pose.robot, pose.time)) continue;
             const std::string& driven = site_.robots[static_cast<std::size_t>(pose.robot)].id;
             delivery_.make_due(pose.time, tracker_.fixes(pose.time), [&](const Fix& fix) { return fix.robot == driven; }, {});

@@ -1,0 +1,56 @@
+// Fixes as ROS 2 topics: `/ROBOT/pose`, `/tf`, and the cameras' and robots' states as `/diagnostics`.
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "roomfix/connect/dds_publisher.hpp"
+#include "roomfix/connect/ros_message.hpp"
+#include "roomfix/connect/ros_names.hpp"
+#include "roomfix/pipeline/fix_sink.hpp"
+#include "roomfix/pipeline/odom_corrections.hpp"
+#include "roomfix/pipeline/site_tracker.hpp"
+
+namespace roomfix {
+
+class Ros2Sink final : public FixSink {
+public:
+    /// Joins the domain and offers the topics. `tracker`, whose cameras' states are told once a second, must outlive it. An error where the domain cannot
+    /// be joined.
+    static Result<std::unique_ptr<Ros2Sink>> open(const SiteTracker& tracker, const Ros2Output& settings);
+    ~Ros2Sink() override;
+
+    std::string name() const override { return "ROS 2"; }
+    Result<void> give(const FixBatch& batch) override;
+    Result<void> finish() override;
+
+private:
+    Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::unique_ptr<DdsPublisher> publisher);
+    Result<void> offer_topics();
+    Result<void> give_pose(const Fix& fix);
+    Result<void> give_transforms(const FixBatch& batch);
+    bool has_odometry(const std::string& robot) const;
+    RobotFrames frames(const std::string& robot);
+    void note_states(const FixBatch& batch);
+    void tell_states();
+    void stop();
+
+    const SiteTracker& tracker_;
+    Ros2Output settings_;
+    std::unique_ptr<DdsPublisher> publisher_;
+    RosNames names_;
+    std::map<std::string, OdomCorrections> corrections_;  // of each robot with odometry, by its id
+    std::map<std::string, Nanoseconds> last_transform_;   // of each robot without
+
+    std::mutex mutex_;  // guards:
+    std::condition_variable changed_;
+    bool stopping_ = false;
+    std::map<std::string, ros::DiagnosticStatus> robots_;  // how each is at present
+    std::thread states_;
+};
+
+}  // namespace roomfix

@@ -1,0 +1,129 @@
+// A ROS 2 node without ROS, by another vendor's DDS than ours: prints what comes on a robot's topics, one JSON object per line, until its stdin is closed.
+// ros2_listener DOMAIN ROBOT
+#include <dds/dds.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "ros_messages.h"
+
+namespace {
+
+constexpr int at_once = 64;  // messages
+
+void die(const char* what, dds_return_t code) {
+    std::fprintf(stderr, "ros2_listener: %s: %s\n", what, dds_strretcode(-code));
+    std::exit(1);
+}
+
+/// What a ROS 2 subscriber asks for, but that it forgets nothing.
+dds_entity_t subscribe(dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& name) {
+    dds_qos_t* qos = dds_create_qos();
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+    dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
+    dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, DDS_LENGTH_UNLIMITED);
+    const dds_entity_t topic = dds_create_topic(participant, &type, name.c_str(), nullptr, nullptr);
+    if (topic < 0) die(name.c_str(), topic);
+    const dds_entity_t reader = dds_create_reader(participant, topic, qos, nullptr);
+    if (reader < 0) die(name.c_str(), reader);
+    dds_delete_qos(qos);
+    return reader;
+}
+
+/// Whatever has come, each message to `print`.
+template <class Message, class Print>
+void take(dds_entity_t reader, const Print& print) {
+    void* messages[at_once] = {};
+    dds_sample_info_t infos[at_once];
+    for (dds_return_t count = 1; count > 0;) {
+        count = dds_take(reader, messages, infos, at_once, at_once);
+        if (count < 0) die("take", count);
+        for (int i = 0; i < count; ++i) {
+            if (infos[i].valid_data) print(*static_cast<const Message*>(messages[i]));
+        }
+        if (count > 0) dds_return_loan(reader, messages, count);
+        messages[0] = nullptr;
+    }
+}
+
+void print_stamp(const std_msgs_msg_dds__Header_& header) {
+    std::printf("\"sec\": %d, \"nanosec\": %u, \"frame\": \"%s\"", header.stamp.sec, header.stamp.nanosec, header.frame_id);
+}
+
+template <class Point>
+void print_place(const Point& p, const geometry_msgs_msg_dds__Quaternion_& q) {
+    std::printf(", \"position\": [%.17g, %.17g, %.17g], \"quaternion\": [%.17g, %.17g, %.17g, %.17g]", p.x, p.y, p.z, q.x, q.y, q.z, q.w);
+}
+
+void print_pose(const geometry_msgs_msg_dds__PoseWithCovarianceStamped_& message) {
+    std::printf("{\"pose\": {");
+    print_stamp(message.header);
+    print_place(message.pose.pose.position, message.pose.pose.orientation);
+    std::printf(", \"covariance\": [");
+    for (int i = 0; i < 36; ++i) std::printf("%s%.17g", i > 0 ? ", " : "", message.pose.covariance[i]);
+    std::printf("]}}\n");
+}
+
+void print_transforms(const tf2_msgs_msg_dds__TFMessage_& message) {
+    for (uint32_t i = 0; i < message.transforms._length; ++i) {
+        const geometry_msgs_msg_dds__TransformStamped_& t = message.transforms._buffer[i];
+        std::printf("{\"transform\": {");
+        print_stamp(t.header);
+        std::printf(", \"child\": \"%s\"", t.child_frame_id);
+        print_place(t.transform.translation, t.transform.rotation);
+        std::printf("}}\n");
+    }
+}
+
+void print_states(const diagnostic_msgs_msg_dds__DiagnosticArray_& message) {
+    for (uint32_t i = 0; i < message.status._length; ++i) {
+        const diagnostic_msgs_msg_dds__DiagnosticStatus_& s = message.status._buffer[i];
+        std::printf("{\"state\": {");
+        print_stamp(message.header);
+        std::printf(", \"level\": %d, \"name\": \"%s\", \"message\": \"%s\", \"id\": \"%s\", \"values\": {", s.level, s.name, s.message, s.hardware_id);
+        for (uint32_t k = 0; k < s.values._length; ++k) {
+            std::printf("%s\"%s\": \"%s\"", k > 0 ? ", " : "", s.values._buffer[k].key, s.values._buffer[k].value);
+        }
+        std::printf("}}}\n");
+    }
+}
+
+bool stdin_is_closed() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    char ignored;
+    return poll(&input, 1, 0) > 0 && read(STDIN_FILENO, &ignored, 1) <= 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "ros2_listener DOMAIN ROBOT\n");
+        return 2;
+    }
+    const dds_entity_t participant = dds_create_participant(static_cast<dds_domainid_t>(std::atoi(argv[1])), nullptr, nullptr);
+    if (participant < 0) die("participant", participant);
+    const dds_entity_t poses = subscribe(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, std::string("rt/") + argv[2] + "/pose");
+    const dds_entity_t transforms = subscribe(participant, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
+    const dds_entity_t states = subscribe(participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
+    const dds_entity_t waiting = dds_create_waitset(participant);
+    for (const dds_entity_t reader : {poses, transforms, states}) {
+        dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
+        dds_waitset_attach(waiting, reader, reader);
+    }
+    std::printf("{\"listening\": true}\n");
+    std::fflush(stdout);
+    for (bool last = false; !last;) {
+        last = stdin_is_closed();  // what has come until then is still printed
+        dds_waitset_wait(waiting, nullptr, 0, DDS_MSECS(100));
+        take<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>(poses, print_pose);
+        take<tf2_msgs_msg_dds__TFMessage_>(transforms, print_transforms);
+        take<diagnostic_msgs_msg_dds__DiagnosticArray_>(states, print_states);
+        std::fflush(stdout);
+    }
+    dds_delete(participant);
+    return 0;
+}
