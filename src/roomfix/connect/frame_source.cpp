@@ -97,9 +97,7 @@ public:
             return Error{fmt::format("frame {} of the video cannot be decoded: {}", frame.name, problem.err)};
         }
         if (keeps_files_) {
-            frame.file = [picture = picture_.clone(), live = live_] {
-                return live ? encoded(picture, "jpg", {cv::IMWRITE_JPEG_QUALITY, 95}) : encoded(picture, "png", {cv::IMWRITE_PNG_COMPRESSION, 1});
-            };
+            frame.file = [picture = picture_.clone()] { return encoded(picture, "png", {cv::IMWRITE_PNG_COMPRESSION, 1}); };
         }
         const auto converted = luma_from_mat(picture_, frame.image);
         if (!converted) return converted.error();

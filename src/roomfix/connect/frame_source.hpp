@@ -52,8 +52,8 @@ public:
     virtual std::int64_t passed_over() const { return 0; }
     /// From any thread: `advance` comes back soon, and nothing more comes.
     virtual void interrupt() {}
-    /// From now on frames have their `file`: the bytes as they came, where the source has them, otherwise the decoded picture as PNG, or as JPEG of
-    /// quality 95 where frames come live and PNG would take too long.
+    /// From now on frames have their `file`: the bytes as they came, where the source has them, otherwise the decoded picture as PNG. Live sources give what
+    /// they have as `encoded`.
     virtual void keep_files() {}
 };
 
