@@ -13,8 +13,10 @@
 namespace roomfix {
 namespace {
 
-constexpr int pictures = 30;
-constexpr double longest = 2;  // s
+constexpr int least_pictures = 30;
+constexpr int first_counted = 5;     // those before may have waited for us
+constexpr double known_time = 0.01;  // s, 1 sigma
+constexpr double longest = 6;        // s: a camera that tells the time does so within about 5
 
 /// "30/s"; nothing where the camera does not say.
 std::string rate_text(double rate) { return rate > 0 ? fmt::format(" {:.3g}/s", rate) : ""; }
@@ -28,16 +30,22 @@ Result<CameraProbe> probe_camera(const std::string& source) {
     if (!camera.live()) return Error{fmt::format("{}: a recording and no camera: name a device or an address", source)};
     CameraProbe probe;
     const auto now = std::chrono::steady_clock::now;
-    auto first = now();
-    for (int count = 0; count < pictures; ++count) {
+    const auto opened_at = now();
+    auto first = opened_at;
+    std::int64_t before = 0;  // pictures until then
+    for (int count = 1;; ++count) {
         const auto more = camera.advance(probe.picture);
         if (!more) return more.error();
         if (!*more) return Error{fmt::format("{}: the camera ended its stream", shown_address(source))};
-        if (count == 0) first = now();
-        const double seconds = std::chrono::duration<double>(now() - first).count();
         const std::int64_t came = count + camera.passed_over();
-        if (seconds > 0.2) probe.rate = static_cast<double>(came) / seconds;
-        if (seconds > longest) break;
+        if (count == first_counted) {
+            first = now();
+            before = came;
+        }
+        const double seconds = std::chrono::duration<double>(now() - first).count();
+        if (count > first_counted) probe.rate = static_cast<double>(came - before) / seconds;
+        if (count >= least_pictures && probe.picture.time_sigma < known_time) break;
+        if (std::chrono::duration<double>(now() - opened_at).count() > longest) break;
     }
     if (auto decoded = camera.decode(probe.picture); !decoded) return decoded.error();
     probe.note = camera.note();

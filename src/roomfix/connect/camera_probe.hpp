@@ -15,7 +15,7 @@ struct CameraProbe {
     std::string note;  // what the camera's source says of itself
 };
 
-/// Takes pictures for a second or two. An error says why there is none, and what to do.
+/// Takes pictures for some seconds. An error says why there is none, and what to do.
 Result<CameraProbe> probe_camera(const std::string& source);
 
 /// Lines for people: which camera it is, by which names it is found again, in which sizes, formats and rates it gives pictures.

@@ -15,7 +15,7 @@ constexpr double drift_needs = 10;      // s of points from which a drift is tol
 constexpr double largest_drift = 2e-3;  // s/s: more is no clock
 constexpr double jump = 2;              // s by which a clock that was set anew is off
 constexpr double clocks_agree = 0.003;  // s, 1 sigma: two machines that follow NTP
-constexpr double earliest = -0.002;     // s: a picture that comes sooner than this after it was taken shows that the clocks differ
+constexpr double earliest = -0.005;     // s: a picture that comes sooner than this after it was taken shows that the clocks differ
 constexpr double latest = 2;            // s: and so does one that comes later
 constexpr double unknown_delay = 0.05;  // s, 1 sigma: from exposure to arrival, of a camera of which nothing is known
 constexpr double stated_sigma = 0.005;  // s, of a delay that the site states
@@ -74,6 +74,7 @@ void StreamClock::restart() {
     wall_.clear();
     wall_state_ = Wall::none;
     has_media_ = false;
+    last_media_.reset();
     last_steady_ = last_interval_ = 0;
 }
 
@@ -116,9 +117,12 @@ StampedTime StreamClock::stamp(const FrameArrival& arrival) {
     judge_wall(arrival);
     note_intervals(arrival);
     StampedTime stamped = arrival.wall && wall_state_ == Wall::usable ? by_wall(arrival) : by_arrival(arrival);
-    // Where the way to tell the time changes, times must not run back; a clock that was set back by more is followed.
+    // Where the way to tell the time changes, times must not run back; a clock that was set back by more is followed, and pictures may be sent in
+    // another order than they were taken in.
     constexpr Nanoseconds least_step = 1000;
-    if (stamped.time <= last_.time && last_.time - stamped.time < from_seconds(jump)) stamped.time = last_.time + least_step;
+    const bool reordered = arrival.media && last_media_ && *arrival.media < *last_media_;
+    last_media_ = arrival.media;
+    if (!reordered && stamped.time <= last_.time && last_.time - stamped.time < from_seconds(jump)) stamped.time = last_.time + least_step;
     last_ = stamped;
     return stamped;
 }

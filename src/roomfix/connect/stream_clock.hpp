@@ -52,7 +52,7 @@ class StreamClock {
 public:
     /// `delay`: s from a picture's exposure to its arrival, as the site states it.
     explicit StreamClock(std::optional<double> delay = std::nullopt) : stated_delay_(delay) {}
-    /// The time of a picture; later than that of the picture before.
+    /// The time of a picture, in the order in which they come; later than that of the picture before, unless the media clock says otherwise.
     StampedTime stamp(const FrameArrival& arrival);
     /// A new connection: the media clock starts anew.
     void restart();
@@ -73,9 +73,10 @@ private:
     LeastOffset wall_;                     // our clock minus the sender's wall clock
     Wall wall_state_ = Wall::none;
     bool has_media_ = false;
-    double last_steady_ = 0;    // s, of the picture before
-    double last_interval_ = 0;  // s
-    double unevenness_ = 0;     // s, of the intervals between pictures
+    std::optional<double> last_media_;  // s, of the picture before
+    double last_steady_ = 0;            // s, of the picture before
+    double last_interval_ = 0;          // s
+    double unevenness_ = 0;             // s, of the intervals between pictures
     StampedTime last_;
 };
 

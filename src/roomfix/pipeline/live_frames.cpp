@@ -40,9 +40,15 @@ bool LiveFrames::takes_place(Slot& slot) {
     slot.count.came += 1 + passed_over - slot.passed_over;
     slot.count.dropped += passed_over - slot.passed_over;
     slot.passed_over = passed_over;
+    slot.away = false;
     if (!slot.frame || wall_clock() - slot.came >= old) return true;
     ++slot.count.dropped;
     return false;
+}
+
+void LiveFrames::set_away(Slot& slot) {
+    const std::lock_guard lock(mutex_);
+    slot.away = true;
 }
 
 void LiveFrames::read(Slot& slot) {
@@ -51,6 +57,7 @@ void LiveFrames::read(Slot& slot) {
         const auto more = slot.source->advance(frame);
         if (more && !*more) break;
         if (!more) {
+            set_away(slot);
             listener_.away(slot.camera, more.error().message);
             std::this_thread::sleep_for(retry_interval);
             continue;
@@ -81,7 +88,7 @@ void LiveFrames::read(Slot& slot) {
 }
 
 bool LiveFrames::all_have() const {
-    return std::all_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.frame || s.ended; });
+    return std::all_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.frame || s.away || s.ended; });
 }
 
 bool LiveFrames::any_has() const {

@@ -60,10 +60,12 @@ private:
         double came = 0;  // s of the clock, when it came
         FrameCount count;
         long passed_over = 0;  // of the count: by the source itself
+        bool away = false;     // nobody waits for it
         bool ended = false;
     };
     void read(Slot& slot);
     bool takes_place(Slot& slot);
+    void set_away(Slot& slot);
     bool all_have() const;
     bool any_has() const;
     bool all_ended() const;
