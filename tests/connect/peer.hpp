@@ -49,17 +49,20 @@ public:
         input_ = in[1];
         output_ = out[0];
     }
-    ~Peer() { kill(); }
+    ~Peer() {
+        kill();
+        ::close(input_);
+        ::close(output_);
+    }
     Peer(const Peer&) = delete;
     Peer& operator=(const Peer&) = delete;
 
+    /// Whoever writes to it then is told so.
     void kill() {
         if (process_ <= 0) return;
         ::kill(process_, SIGKILL);
         ::waitpid(process_, nullptr, 0);
         process_ = 0;
-        ::close(input_);
-        ::close(output_);
     }
     void signal(int number) const { ::kill(process_, number); }
     /// Waits for a line of its output; false if it ends without one.
