@@ -37,18 +37,6 @@ ClockPair clocks_now() {
     return {0.5 * (before + monotonic()), system};
 }
 
-std::uint32_t fourcc_of(VideoFormat format) {
-    switch (format) {
-        case VideoFormat::yuyv:
-            return V4L2_PIX_FMT_YUYV;
-        case VideoFormat::mjpeg:
-            return V4L2_PIX_FMT_MJPEG;
-        case VideoFormat::grey:
-            return V4L2_PIX_FMT_GREY;
-    }
-    return 0;
-}
-
 class V4l2Camera final : public FrameSource {
 public:
     V4l2Camera(std::unique_ptr<VideoDevice> device, std::string path) : device_(std::move(device)), path_(std::move(path)) {}
@@ -117,14 +105,13 @@ Result<void> V4l2Camera::set_format(const LiveSettings& settings) {
     format.type = capture;
     format.fmt.pix.width = static_cast<std::uint32_t>(mode->width);
     format.fmt.pix.height = static_cast<std::uint32_t>(mode->height);
-    format.fmt.pix.pixelformat = fourcc_of(mode->format);
+    format.fmt.pix.pixelformat = mode->fourcc;
     format.fmt.pix.field = V4L2_FIELD_NONE;
     const int code = device_->control(VIDIOC_S_FMT, &format);
     if (code == EBUSY) return Error{fmt::format("{}: another program uses this camera: close it", path_)};
     if (code != 0) return failed("the camera does not take its own format", code);
     const v4l2_pix_format& got = format.fmt.pix;
-    if (got.pixelformat != fourcc_of(mode->format) || got.width != static_cast<std::uint32_t>(mode->width) ||
-        got.height != static_cast<std::uint32_t>(mode->height)) {
+    if (got.pixelformat != mode->fourcc || got.width != static_cast<std::uint32_t>(mode->width) || got.height != static_cast<std::uint32_t>(mode->height)) {
         return Error{fmt::format("{}: it lists pictures of {} x {} in {} but does not give them: choose another size", path_, mode->width, mode->height,
                                  name_of(mode->format))};
     }

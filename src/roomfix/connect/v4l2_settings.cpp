@@ -65,6 +65,7 @@ AppliedSettings apply_settings(VideoDevice& device, const CaptureSettings& wante
     constexpr Knob white{"white_balance", V4L2_CID_AUTO_WHITE_BALANCE, 0, 1, V4L2_CID_WHITE_BALANCE_TEMPERATURE, 1};
     std::vector<std::string> told;
     AppliedSettings applied;
+    if (wanted.rate) (void)set(device, V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0);  // long exposures in the dark must not slow it down; not all have it
     applied.exposure = turn(device, exposure, wanted.exposure, told);
     (void)turn(device, gain, wanted.gain, told);
     (void)turn(device, white, wanted.white_balance, told);

@@ -88,15 +88,35 @@ double highest_rate(VideoDevice& device, std::uint32_t fourcc, std::uint32_t wid
     return rate;
 }
 
+/// Sizes that people use, of a camera that gives any size between two.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes_within(const v4l2_frmsize_stepwise& steps) {
+    constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 9> usual = {
+        {{320, 240}, {640, 480}, {800, 600}, {1024, 768}, {1280, 720}, {1280, 960}, {1640, 1232}, {1920, 1080}, {3840, 2160}}};
+    const auto reaches = [](std::uint32_t value, std::uint32_t least, std::uint32_t most, std::uint32_t step) {
+        return value >= least && value <= most && (value - least) % std::max(step, 1U) == 0;
+    };
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes = {{steps.max_width, steps.max_height}};
+    for (const auto& [width, height] : usual) {
+        const bool fits =
+            reaches(width, steps.min_width, steps.max_width, steps.step_width) && reaches(height, steps.min_height, steps.max_height, steps.step_height);
+        if (fits && sizes.front() != std::pair(width, height)) sizes.emplace_back(width, height);
+    }
+    return sizes;
+}
+
 void add_modes(VideoDevice& device, std::uint32_t fourcc, VideoFormat format, std::vector<VideoMode>& modes) {
+    const auto add = [&](std::uint32_t width, std::uint32_t height) {
+        modes.push_back({format, static_cast<int>(width), static_cast<int>(height), highest_rate(device, fourcc, width, height), fourcc});
+    };
     v4l2_frmsizeenum size{};
     size.pixel_format = fourcc;
     for (; size.index < most_listed && device.control(VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
-        const bool discrete = size.type == V4L2_FRMSIZE_TYPE_DISCRETE;
-        const std::uint32_t width = discrete ? size.discrete.width : size.stepwise.max_width;
-        const std::uint32_t height = discrete ? size.discrete.height : size.stepwise.max_height;
-        modes.push_back({format, static_cast<int>(width), static_cast<int>(height), highest_rate(device, fourcc, width, height)});
-        if (!discrete) break;
+        if (size.type == V4L2_FRMSIZE_TYPE_DISCRETE) {
+            add(size.discrete.width, size.discrete.height);
+            continue;
+        }
+        for (const auto& [width, height] : sizes_within(size.stepwise)) add(width, height);
+        break;
     }
 }
 

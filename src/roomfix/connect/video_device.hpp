@@ -38,6 +38,7 @@ struct VideoMode {
     VideoFormat format = VideoFormat::yuyv;
     int width = 0, height = 0;  // px
     double rate = 0;            // the highest, pictures per second; 0: it does not say
+    std::uint32_t fourcc = 0;   // what the driver calls the format
 
     bool operator==(const VideoMode&) const = default;
 };

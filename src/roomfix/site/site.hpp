@@ -60,7 +60,7 @@ struct SiteCamera {
     std::string background;                                             // as written; empty: learn from the source itself
     std::string lens_grid;                                              // as written: a file; empty: the lens is what the model says
     double time_offset_sigma = 0;                                       // s: how far its time stamps may be off; 0: not at all
-    CaptureSettings capture;
+    CaptureSettings capture;                                            // of a live camera
     IntrinsicsMatrix intrinsics_covariance = IntrinsicsMatrix::Zero();  // zero where the file states none
 
     /// All that the file says about the errors of the intrinsics.
