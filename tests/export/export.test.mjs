@@ -153,6 +153,7 @@ test('a drive with wheels comes back whole', async () => {
   const read = await readByIndex(bytes);
   checkStructure(bytes, read);
   const { topics, attachments } = read;
+  assert.ok(read.reader.chunkIndexes.length > 1, 'several chunks');
   assert.equal(attachments[0].name, 'site.yaml');
   assert.deepEqual(Buffer.from(attachments[0].data), readFileSync(join(folder, 'drive', 'site.yaml')));
   assert.deepEqual(Object.keys(topics).sort(), ['/r/odom', '/r/pose', '/r/truth', '/tf']);

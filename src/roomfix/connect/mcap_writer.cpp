@@ -11,7 +11,7 @@
 namespace roomfix {
 namespace {
 
-constexpr std::size_t chunk_size = std::size_t{1} << 20;  // bytes: a chunk that is larger is written
+constexpr std::size_t chunk_size = std::size_t{1} << 18;  // bytes: a chunk that is larger is written
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'M', 'C', 'A', 'P', 0x30, '\r', '\n'};
 
 /// Kinds of records, by the numbers of the format.
