@@ -1,5 +1,5 @@
 // A ROS 2 node without ROS, by another vendor's DDS than ours: prints what comes on a robot's topics, one JSON object per line, until its stdin is closed.
-// ros2_listener DOMAIN ROBOT
+// ros2_listener DOMAIN ROBOT CAMERA
 #include <dds/dds.h>
 #include <poll.h>
 #include <unistd.h>
@@ -91,6 +91,23 @@ void print_states(const diagnostic_msgs_msg_dds__DiagnosticArray_& message) {
     }
 }
 
+void print_numbers(const char* name, const double* values, uint32_t count) {
+    std::printf(", \"%s\": [", name);
+    for (uint32_t i = 0; i < count; ++i) std::printf("%s%.17g", i > 0 ? ", " : "", values[i]);
+    std::printf("]");
+}
+
+void print_camera(const sensor_msgs_msg_dds__CameraInfo_& message) {
+    std::printf("{\"camera\": {");
+    print_stamp(message.header);
+    std::printf(", \"size\": [%u, %u], \"model\": \"%s\", \"rectify\": %d", message.width, message.height, message.distortion_model, message.roi.do_rectify);
+    print_numbers("d", message.d._buffer, message.d._length);
+    print_numbers("k", message.k, 9);
+    print_numbers("r", message.r, 9);
+    print_numbers("p", message.p, 12);
+    std::printf("}}\n");
+}
+
 bool stdin_is_closed() {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     char ignored;
@@ -100,8 +117,8 @@ bool stdin_is_closed() {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) {
-        std::fprintf(stderr, "ros2_listener DOMAIN ROBOT\n");
+    if (argc != 4) {
+        std::fprintf(stderr, "ros2_listener DOMAIN ROBOT CAMERA\n");
         return 2;
     }
     const dds_entity_t participant = dds_create_participant(static_cast<dds_domainid_t>(std::atoi(argv[1])), nullptr, nullptr);
@@ -109,8 +126,9 @@ int main(int argc, char** argv) {
     const dds_entity_t poses = subscribe(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, std::string("rt/") + argv[2] + "/pose");
     const dds_entity_t transforms = subscribe(participant, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
     const dds_entity_t states = subscribe(participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
+    const dds_entity_t cameras = subscribe(participant, sensor_msgs_msg_dds__CameraInfo__desc, std::string("rt/") + argv[3] + "/camera_info");
     const dds_entity_t waiting = dds_create_waitset(participant);
-    for (const dds_entity_t reader : {poses, transforms, states}) {
+    for (const dds_entity_t reader : {poses, transforms, states, cameras}) {
         dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
         dds_waitset_attach(waiting, reader, reader);
     }
@@ -122,6 +140,7 @@ int main(int argc, char** argv) {
         take<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>(poses, print_pose);
         take<tf2_msgs_msg_dds__TFMessage_>(transforms, print_transforms);
         take<diagnostic_msgs_msg_dds__DiagnosticArray_>(states, print_states);
+        take<sensor_msgs_msg_dds__CameraInfo_>(cameras, print_camera);
         std::fflush(stdout);
     }
     dds_delete(participant);

@@ -10,8 +10,7 @@ import sys
 import tempfile
 
 program, listener, examples = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-speed = 10  # times as fast as it was recorded
-domain = 1 + os.getpid() % 50
+domain = 1 + os.getpid() % 33
 # Everything stays on this machine, and on its loopback interface.
 loopback = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General>
 <Discovery><Peers><Peer address="127.0.0.1"/></Peers><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery>
@@ -19,20 +18,14 @@ loopback = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="l
 
 
 class Run:
-    """A recorded drive that is run with ROS 2 topics, and what somebody else got of them."""
+    """A session that is run with ROS 2 topics, and what somebody else got of them."""
 
-    def __init__(self, folder, robot, word, domain, change):
-        self.folder, self.domain = folder / robot, domain
-        shutil.copytree(examples / "labyrinth", self.folder)
-        site = (self.folder / "site.yaml").read_text().replace("\n  r:\n", f"\n  {robot}:\n")
-        (self.folder / "site.yaml").write_text(change(site))
-        for name in ("ranges.csv", "odometry.csv"):
-            file = self.folder / name
-            file.write_text(file.read_text().replace(",r,", f",{robot},"))
-        self.listener = subprocess.Popen([listener, str(domain), word], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    def __init__(self, session, domain, word, speed):
+        self.folder, self.domain = session, domain
+        self.listener = subprocess.Popen([listener, str(domain), word, "hall1"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                                          env=os.environ | {"CYCLONEDDS_URI": loopback})
         assert self.listener.stdout.readline() == '{"listening": true}\n'
-        command = [program, "run", str(self.folder / "site.yaml"), "--no-page", "--speed", str(speed), "--fixes", str(self.folder / "fixes.jsonl")]
+        command = [program, "run", str(session / "site.yaml"), "--no-page", "--speed", str(speed), "--fixes", str(session / "fixes.jsonl")]
         self.program = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ | {"ROS_LOCALHOST_ONLY": "1"})
 
     def finish(self):
@@ -45,6 +38,7 @@ class Run:
         self.poses = [m["pose"] for m in messages if "pose" in m]
         self.transforms = [m["transform"] for m in messages if "transform" in m]
         self.states = [m["state"] for m in messages if "state" in m]
+        self.cameras = [m["camera"] for m in messages if "camera" in m]
         fixes = [(stamp(line), json.loads(line)) for line in (self.folder / "fixes.jsonl").read_text().splitlines()]
         self.fixes = [(time, fix) for time, fix in fixes if fix["status"] != "none"]
         return self
@@ -96,10 +90,10 @@ def check_pose(pose, fix):
         same_angle(yaw_of(pose), fix["yaw"])
 
 
-def check_poses(run):
+def check_poses(run, least=50):
     """From the moment on at which the two found each other every fix comes, in their order and as it stands in the file, up to the last. On a machine that has
     no time at all a few may be lost: the last ten are kept, no more."""
-    assert len(run.poses) >= 50, f"{len(run.poses)} of {len(run.fixes)} poses came"
+    assert len(run.poses) >= least, f"{len(run.poses)} of {len(run.fixes)} poses came"
     following, places = iter(enumerate(run.fixes)), []
     for pose in run.poses:
         place, fix = next(((i, fix) for i, (time, fix) in following if is_pose(pose, time, fix)), (None, None))
@@ -123,10 +117,10 @@ def odometry_at(reports, time):
     return a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), a[2] + part * turn
 
 
-def check_odometry_chain(run):
+def check_odometry_chain(run, least=40):
     """map -> odom, and odom -> base_link of the wheels, make the fix; base_link has no other parent."""
     reports = odometry_of(run.folder)
-    assert len(run.transforms) >= 40, f"{len(run.transforms)} transforms came"
+    assert len(run.transforms) >= least, f"{len(run.transforms)} transforms came"
     times = [time_of(t) for t in run.transforms]
     assert times == sorted(set(times)), "one transform at a time, in their order"
     for transform in run.transforms:
@@ -140,11 +134,11 @@ def check_odometry_chain(run):
     assert run.fixes[-1][0] - times[-1] < 0.5e9
 
 
-def check_robot_transforms(run):
+def check_robot_transforms(run, word):
     known = {(time, fix["x"], fix["y"]): fix["yaw"] for time, fix in run.fixes if fix["yaw"] is not None}
     assert len(run.transforms) >= 40, f"{len(run.transforms)} transforms came"
     for transform in run.transforms:
-        assert (transform["frame"], transform["child"]) == ("map", "id_2_r/base_link")
+        assert (transform["frame"], transform["child"]) == ("map", f"{word}/base_link")
         x, y = (round(value, 6) for value in transform["position"][:2])
         same_angle(yaw_of(transform), known[(time_of(transform), x, y)])
 
@@ -156,20 +150,59 @@ def check_states(run, robot):
     assert any(state["values"]["status"] == "ok" and state["level"] == 0 for state in states), states
 
 
+def check_cameras(run):
+    names = {state["name"] for state in run.states}
+    assert names == {"roomfix: robot r1"} | {f"roomfix: camera hall{i}" for i in (1, 2, 3)}, names
+    first = [state for state in run.states if state["id"] == "hall1"]
+    assert any(state["level"] == 0 and state["values"]["status"] == "ok" and int(state["values"]["frames"]) > 0 for state in first), first
+    assert run.cameras, "no camera_info came"
+    info = run.cameras[-1]
+    assert (info["frame"], info["size"], info["model"], info["rectify"]) == ("hall1_optical_frame", [640, 480], "plumb_bob", 0)
+    assert info["k"] == [518.38, 0, 318, 0, 518.07, 239.5, 0, 0, 1] and info["d"] == [0.0895, -0.7064, -0.0034, 0.002, 1.3227]
+    assert info["r"] == [1, 0, 0, 0, 1, 0, 0, 0, 1] and info["p"] == [518.38, 0, 318, 0, 0, 518.07, 239.5, 0, 0, 0, 1, 0]
+
+
+def write_outputs(session, domain, more=""):
+    with open(session / "site.yaml", "a") as file:
+        file.write(f"outputs:\n  ros2: {{domain: {domain}{more}}}\n")
+
+
+def drive_session(session, robot, domain, with_odometry, more=""):
+    """A recorded drive with ranges and wheels."""
+    shutil.copytree(examples / "labyrinth", session)
+    lines = (session / "site.yaml").read_text().replace("\n  r:\n", f"\n  {robot}:\n").splitlines(True)
+    (session / "site.yaml").write_text("".join(line for line in lines if with_odometry or "odometry:" not in line))
+    for name in ("ranges.csv", "odometry.csv"):
+        (session / name).write_text((session / name).read_text().replace(",r,", f",{robot},"))
+    write_outputs(session, domain, more)
+    return session
+
+
+def hall_session(session, domain):
+    """Three cameras, and wheels."""
+    subprocess.run([program, "simulate", "li2014", "--duration", "0.5", "-o", str(session)], check=True, stderr=subprocess.DEVNULL)
+    write_outputs(session, domain, ", robot_transform: true")  # base_link has its parent already
+    return session
+
+
 with tempfile.TemporaryDirectory() as folder:
     folder = pathlib.Path(folder)
-    drive = Run(folder, "r", "r", domain, lambda site: site + f"outputs:\n  ros2: {{domain: {domain}}}\n")
-    # The same robot without its odometry; its name is no word of ROS.
-    without = [line for line in (examples / "labyrinth" / "site.yaml").read_text().splitlines() if "odometry:" in line][0] + "\n"
-    outputs = f"outputs:\n  ros2: {{domain: {domain + 50}, robot_transform: true}}\n"
-    bare = Run(folder, "2-r", "id_2_r", domain + 50, lambda site: site.replace(without, "") + outputs)
-    drive.finish()
-    bare.finish()
+    drive = drive_session(folder / "drive", "r", domain, True)
+    bare = drive_session(folder / "bare", "2-r", domain + 33, False, ", robot_transform: true")  # no word of ROS
+    hall = hall_session(folder / "hall", domain + 66)
+    drive, bare, hall = Run(drive, domain, "r", 10), Run(bare, domain + 33, "id_2_r", 10), Run(hall, domain + 66, "r1", 0.15)
+    for run in (drive, bare, hall):
+        run.finish()
     check_poses(drive)
     check_odometry_chain(drive)
     check_states(drive, "r")
     check_poses(bare)
-    check_robot_transforms(bare)
+    check_robot_transforms(bare, "id_2_r")
     check_states(bare, "2-r")
+    check_poses(hall, 2)
+    check_odometry_chain(hall, 2)
+    check_states(hall, "r1")
+    check_cameras(hall)
     print(f"{len(drive.poses)} of {len(drive.fixes)} poses, {len(drive.transforms)} times map -> odom; "
-          f"without odometry {len(bare.poses)} of {len(bare.fixes)}, {len(bare.transforms)} times map -> base_link: all as in the fixes file")
+          f"without odometry {len(bare.poses)} of {len(bare.fixes)}, {len(bare.transforms)} times map -> base_link; "
+          f"by cameras {len(hall.poses)} of {len(hall.fixes)}: all as in the fixes file")

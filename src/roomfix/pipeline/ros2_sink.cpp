@@ -79,6 +79,9 @@ Result<void> Ros2Sink::offer_topics() {
         const std::string& word = names_.of(robot.id);
         if (!robot.many) note(offered, publisher_->offer("/" + word + "/pose", RosType::pose_with_covariance_stamped));
     }
+    for (std::size_t i = 0; i < tracker_.cameras(); ++i) {
+        note(offered, publisher_->offer("/" + camera_names_.of(tracker_.camera(i).id) + "/camera_info", RosType::camera_info));
+    }
     return offered;
 }
 
@@ -150,7 +153,17 @@ void Ros2Sink::tell_states() {
         lock.unlock();
         for (const CameraState& state : tracker_.camera_states()) message.status.push_back(status_of(state));
         (void)publisher_->publish(state_topic, ros::encode(message));  // the next one comes soon
+        tell_cameras(message.header.stamp);
         lock.lock();
+    }
+}
+
+void Ros2Sink::tell_cameras(Nanoseconds time) {
+    for (std::size_t i = 0; i < tracker_.cameras(); ++i) {
+        const SiteCamera& camera = tracker_.camera(i);
+        if (camera.model.grid) continue;  // camera_info has no words for such a lens
+        const std::string& word = camera_names_.of(camera.id);
+        (void)publisher_->publish("/" + word + "/camera_info", ros::encode(ros::camera_info_message(time, camera_frame(word), camera.model)));
     }
 }
 

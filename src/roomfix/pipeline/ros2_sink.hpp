@@ -1,4 +1,4 @@
-// Fixes as ROS 2 topics: `/ROBOT/pose`, `/tf`, and the cameras' and robots' states as `/diagnostics`.
+// Fixes as ROS 2 topics: `/ROBOT/pose`, `/tf`; beside them `/CAMERA/camera_info`, and the cameras' and robots' states as `/diagnostics`.
 #pragma once
 
 #include <condition_variable>
@@ -37,12 +37,14 @@ private:
     RobotFrames frames(const std::string& robot);
     void note_states(const FixBatch& batch);
     void tell_states();
+    void tell_cameras(Nanoseconds time);
     void stop();
 
     const SiteTracker& tracker_;
     Ros2Output settings_;
     std::unique_ptr<DdsPublisher> publisher_;
-    RosNames names_;
+    RosNames names_;                                      // of robots
+    RosNames camera_names_;                               // used by the thread of the states alone, once the topics are offered
     std::map<std::string, OdomCorrections> corrections_;  // of each robot with odometry, by its id
     std::map<std::string, Nanoseconds> last_transform_;   // of each robot without
 
