@@ -20,6 +20,9 @@ TEST(RosNames, NoTwoIdsGetTheSameWord) {
     EXPECT_EQ(names.of("a_b"), "a_b_2");
     EXPECT_EQ(names.of("a-b-2"), "a_b_2_2");
     EXPECT_EQ(names.of("a-b"), "a_b");  // the same every time
+    names.forget("a-b");
+    names.forget("never heard of");
+    EXPECT_EQ(names.of("a.b"), "a_b");
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <map>
@@ -148,6 +149,16 @@ Result<void> DdsPublisher::offer(const std::string& topic, RosType type, int dep
     return {};
 }
 
+void DdsPublisher::withdraw(const std::string& topic) {
+    const std::lock_guard lock(impl_->mutex);
+    const auto found = impl_->writers.find(topic);
+    if (found == impl_->writers.end()) return;
+    dds::Topic* offered = found->second->get_topic();
+    impl_->publisher->delete_datawriter(found->second);
+    impl_->participant->delete_topic(offered);
+    impl_->writers.erase(found);
+}
+
 Result<void> DdsPublisher::publish(const std::string& topic, const Bytes& message) {
     dds::DataWriter* writer = nullptr;
     {
@@ -177,6 +188,7 @@ Result<std::unique_ptr<DdsPublisher>> DdsPublisher::join(int) {
     return Error{"outputs.ros2: this roomfix was built without DDS: install libfastrtps-dev and build it again, or take 'ros2' out of the site file"};
 }
 Result<void> DdsPublisher::offer(const std::string&, RosType, int) { return {}; }
+void DdsPublisher::withdraw(const std::string&) {}
 Result<void> DdsPublisher::publish(const std::string&, const Bytes&) { return {}; }
 void DdsPublisher::wait_until_received(double) {}
 

@@ -22,7 +22,9 @@ public:
     /// Offers a topic ("/r1/pose") with the quality of service that ROS 2 nodes have by default: reliable, volatile, the last `depth` messages kept.
     /// Who listens already gets the messages from then on.
     Result<void> offer(const std::string& topic, RosType type, int depth = 10);
-    /// A message in CDR on an offered topic. From any thread.
+    /// Nobody will publish on it any more.
+    void withdraw(const std::string& topic);
+    /// A message in CDR on an offered topic. From any thread, but not while its topic is withdrawn.
     Result<void> publish(const std::string& topic, const Bytes& message);
     /// Waits until all who listen have all messages, but not longer than so many seconds.
     void wait_until_received(double longest);

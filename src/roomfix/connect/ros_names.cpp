@@ -31,6 +31,13 @@ const std::string& RosNames::of(const std::string& id) {
     return words_.emplace(id, free).first->second;
 }
 
+void RosNames::forget(const std::string& id) {
+    const auto known = words_.find(id);
+    if (known == words_.end()) return;
+    taken_.erase(known->second);
+    words_.erase(known);
+}
+
 RobotFrames robot_frames(const std::string& robot_word, bool only_one) {
     if (only_one) return {"odom", "base_link"};
     return {robot_word + "/odom", robot_word + "/base_link"};

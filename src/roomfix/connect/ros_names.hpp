@@ -12,6 +12,8 @@ class RosNames {
 public:
     /// The same word for the same id every time; the first of two that would be alike keeps its own: "cart-1" becomes "cart_1", or "cart_1_2".
     const std::string& of(const std::string& id);
+    /// Its word is free again.
+    void forget(const std::string& id);
 
 private:
     std::map<std::string, std::string> words_;

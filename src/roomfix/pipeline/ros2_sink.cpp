@@ -102,13 +102,27 @@ Result<void> Ros2Sink::give(const FixBatch& batch) {
     }
     note(given, give_transforms(batch));
     note_states(batch);
+    forget_gone(batch);
     return given;
 }
 
 Result<void> Ros2Sink::give_pose(const Fix& fix) {
     const std::string topic = "/" + names_.of(fix.robot) + "/pose";
-    if (auto offered = publisher_->offer(topic, RosType::pose_with_covariance_stamped); !offered) return offered;
+    if (!tracker_.site().robot(fix.robot) && passing_.insert(fix.robot).second) {
+        if (auto offered = publisher_->offer(topic, RosType::pose_with_covariance_stamped); !offered) return offered;
+    }
     return publisher_->publish(topic, ros::encode(ros::pose_message(fix)));
+}
+
+/// Of many robots that are alike each new one gets a new name: topics of those that are gone would add up.
+void Ros2Sink::forget_gone(const FixBatch& batch) {
+    std::erase_if(passing_, [&](const std::string& robot) {
+        if (std::any_of(batch.all.begin(), batch.all.end(), [&](const Fix& fix) { return fix.robot == robot; })) return false;
+        publisher_->withdraw("/" + names_.of(robot) + "/pose");
+        names_.forget(robot);
+        last_transform_.erase(robot);
+        return true;
+    });
 }
 
 /// REP 105: of a robot with odometry `map -> odom`, since `odom -> base_link` is the robot's own; never both.
@@ -137,6 +151,7 @@ Result<void> Ros2Sink::give_transforms(const FixBatch& batch) {
 
 void Ros2Sink::note_states(const FixBatch& batch) {
     const std::lock_guard lock(mutex_);
+    robots_.clear();
     for (const Fix& fix : batch.all) {
         if (fix.robot.empty() || fix.unknown) continue;
         const auto corrections = corrections_.find(fix.robot);

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -32,6 +33,7 @@ private:
     Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::unique_ptr<DdsPublisher> publisher);
     Result<void> offer_topics();
     Result<void> give_pose(const Fix& fix);
+    void forget_gone(const FixBatch& batch);
     Result<void> give_transforms(const FixBatch& batch);
     bool has_odometry(const std::string& robot) const;
     RobotFrames frames(const std::string& robot);
@@ -47,6 +49,7 @@ private:
     RosNames camera_names_;                               // used by the thread of the states alone, once the topics are offered
     std::map<std::string, OdomCorrections> corrections_;  // of each robot with odometry, by its id
     std::map<std::string, Nanoseconds> last_transform_;   // of each robot without
+    std::set<std::string> passing_;                       // robots that have a topic for as long as they are there: some of many
 
     std::mutex mutex_;  // guards:
     std::condition_variable changed_;
