@@ -1,10 +1,11 @@
 // The page in headless Chromium, fed by `roomfix demo`: node --test tests/page/page.test.mjs
 // ROOMFIX is the program, ROOMFIX_SCREENSHOTS (optional) a folder for pictures to look at.
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
-import { mkdirSync } from 'node:fs';
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
+import { tmpdir } from 'node:os';
 import { fileURLToPath } from 'node:url';
 
 const require = createRequire(fileURLToPath(new URL('../../web/package.json', import.meta.url)));
@@ -16,18 +17,23 @@ let demo;
 let address;
 let browser;
 
-before(async () => {
-  assert.ok(program, 'set ROOMFIX to the roomfix program');
-  demo = spawn(program, ['demo', '--port', '0', '--seconds', '170'], { stdio: ['ignore', 'ignore', 'pipe'] });
-  address = await new Promise((resolve, reject) => {
+/** Where a program that has just been started shows its page. */
+function addressOf(started) {
+  return new Promise((resolve, reject) => {
     let said = '';
-    demo.stderr.on('data', (text) => {
+    started.stderr.on('data', (text) => {
       said += text;
       const found = said.match(/http:\/\/[\d.:]+/);
       if (found) resolve(found[0]);
     });
-    demo.on('exit', () => reject(new Error(`the demo ended: ${said}`)));
+    started.on('exit', () => reject(new Error(`the program ended: ${said}`)));
   });
+}
+
+before(async () => {
+  assert.ok(program, 'set ROOMFIX to the roomfix program');
+  demo = spawn(program, ['demo', '--port', '0', '--seconds', '170'], { stdio: ['ignore', 'ignore', 'pipe'] });
+  address = await addressOf(demo);
   browser = await chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
     args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
@@ -78,6 +84,7 @@ test('robots move on the map', async () => {
     return new RegExp(source).test(text) && text;
   }, byCamera.source, { timeout: 30000 });
   assert.match(await said.jsonValue(), byCamera);
+  assert.equal(await page.isVisible('#history'), false, 'there is no history to look at');
   assert.deepEqual(problems, []);
   await close();
 });
@@ -136,6 +143,55 @@ test('the data behind the page', async () => {
   assert.ok(Array.isArray(state.cameras[4].corner.edges) && Array.isArray(state.cameras[4].corner.rejected));
   assert.ok(state.robots.every((r) => r.cov[0] > 0 && r.cov[2] > 0));
   assert.equal((await fetch(`${address}/api/cameras/nowhere.jpg`)).status, 404);
+  assert.equal((await fetch(`${address}/api/history`)).status, 404, 'the demo keeps none');
   const picture = await fetch(`${address}/api/cameras/hall1.jpg`);
   assert.equal(picture.headers.get('content-type'), 'image/jpeg');
+});
+
+test('the last hour again, from the history', async () => {
+  const folder = mkdtempSync(`${tmpdir()}/roomfix-page-`);
+  const quiet = { stdio: 'ignore' };
+  execFileSync(program, ['simulate', 'kim2011-drive', '--duration', '3', '-o', `${folder}/s`], quiet);
+  const site = `${folder}/s/site.yaml`;
+  writeFileSync(site, `${readFileSync(site)}\noutputs:\n  history: {database: fixes.db}\n`);
+  execFileSync(program, ['run', site, '--no-page', '--speed', '0'], quiet); // fills the history
+  const run = spawn(program, ['run', site, '--port', '0', '--speed', '0.02'], { stdio: ['ignore', 'ignore', 'pipe'] });
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  try {
+    await page.goto(await addressOf(run));
+    await page.click('#history', { timeout: 30000 });
+    const place = async () => {
+      const transform = await page.getAttribute('.robots [data-robot="r1"] .body', 'transform');
+      return transform.match(/translate\(([\d.-]+) ([\d.-]+)\)/).slice(1).map(Number);
+    };
+    const truth = readFileSync(`${folder}/s/truth.csv`, 'utf8').trim().split('\n').slice(1).map((line) => line.split(','));
+    const expectTruth = async (time) => {
+      await page.fill('#past input[type=range]', String(time));
+      assert.equal(await page.textContent('#past output'), `${time.toFixed(1)} s`);
+      const [, , x, y] = truth.find(([t]) => Math.abs(Number(t) - time) < 0.01).map(Number);
+      const [seenX, seenY] = await place();
+      assert.ok(Math.hypot(seenX - x, seenY - y) < 0.05, `at ${time} s it was at ${x}, ${y}, and is shown at ${seenX}, ${seenY}`);
+    };
+    await expectTruth(2.5);
+    await expectTruth(0.5);
+    assert.equal(await page.locator('.heat rect').count(), 0);
+    await page.check('#past input[type=checkbox]');
+    const heat = await page.locator('.heat rect title').allTextContents();
+    const seconds = heat.reduce((sum, text) => sum + parseFloat(text), 0);
+    assert.ok(heat.length >= 3 && Math.abs(seconds - 2.95) < 0.1 * heat.length, `${seconds} s in ${heat.length} cells`);
+    await expectTruth(2);
+    await picture(page, 'page-history');
+    const csv = await (await fetch(new URL(await page.getAttribute('#past a', 'href'), page.url()))).text();
+    assert.match(csv, /^time,robot,kind,status,x,y,yaw,/);
+    assert.ok(csv.trim().split('\n').length > 80);
+    await page.click('#past button:text("Play")');
+    await page.waitForFunction(() => document.querySelector('#past input').value === document.querySelector('#past input').max, undefined, { timeout: 30000 });
+    await page.click('#past button:text("Live")');
+    assert.equal(await page.isVisible('#past'), false);
+    assert.equal(await page.locator('.heat rect').count(), 0);
+  } finally {
+    await page.close();
+    run.kill();
+    rmSync(folder, { recursive: true });
+  }
 });

@@ -2,6 +2,7 @@ import './style.css';
 import { CameraCard } from './cameras';
 import { colourOf } from './colours';
 import { bestOfAll, errorClasses, errorsOf, errorText } from './errors';
+import { Past } from './history';
 import { FloorMap } from './map';
 import type { RobotState, SinkState, Site, State } from './types';
 
@@ -19,6 +20,7 @@ const map = new FloorMap(element<SVGSVGElement>('map'), (metres, pixels) => {
 });
 const cards = new Map<string, CameraCard>();
 const rows = new Map<string, HTMLElement>();
+const past = new Past(element('map-panel'), element('map-tools'), showRobotsAt, (cells) => map.setHeat(cells));
 
 function connected(state: 'live' | 'connecting' | 'lost'): void {
   connection.textContent = state === 'lost' ? 'connection lost' : state;
@@ -127,10 +129,14 @@ function showSinks(sinks: SinkState[]): void {
   );
 }
 
+function showRobotsAt(robots: RobotState[], time: number): void {
+  map.setRobots(robots, time);
+  showRobots(robots);
+}
+
 function showState(state: State): void {
-  map.setRobots(state.robots, state.time);
-  map.setRanges(state.ranges ?? []);
-  showRobots(state.robots);
+  if (!past.shown) showRobotsAt(state.robots, state.time);
+  map.setRanges(past.shown ? [] : (state.ranges ?? []));
   element('stages').textContent = stagesText(state.stages ?? {});
   showSinks(state.sinks ?? []);
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
@@ -153,6 +159,7 @@ async function start(): Promise<void> {
       const answer = await fetch('api/site');
       if (answer.ok) {
         showSite((await answer.json()) as Site);
+        void past.offer();
         break;
       }
     } catch {

@@ -15,6 +15,14 @@ interface Drawn {
   path: { time: number; at: Point }[];
 }
 
+/** A square of the floor, and for how long robots were on it. */
+export interface HeatCell {
+  x: number;
+  y: number;
+  size: number;
+  seconds: number;
+}
+
 interface Box {
   x: number;
   y: number;
@@ -25,7 +33,7 @@ interface Box {
 /** The floor plan, seen from above: x to the right, y up. */
 export class FloorMap {
   private readonly svg: SVGSVGElement;
-  private readonly layers: { errors: SVGGElement; zones: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
+  private readonly layers: { errors: SVGGElement; zones: SVGGElement; heat: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
   private readonly drawn = new Map<string, Drawn>();
   private all: Box = { x: -1, y: -1, width: 2, height: 2 };
   private shown: Box = this.all;
@@ -38,6 +46,7 @@ export class FloorMap {
     this.layers = {
       errors: add(world, 'g', { class: 'errors' }),
       zones: add(world, 'g', { class: 'zones' }),
+      heat: add(world, 'g', { class: 'heat' }),
       views: add(world, 'g', { class: 'views' }),
       walls: add(world, 'g', { class: 'walls' }),
       ranges: add(world, 'g', { class: 'ranges' }),
@@ -99,6 +108,17 @@ export class FloorMap {
     const left = zone.border.reduce((a, b) => (b[0] - b[1] < a[0] - a[1] ? b : a)); // its upper left corner
     const label = add(this.layers.zones, 'text', { transform: 'scale(1 -1)', x: left[0] + 0.1, y: -left[1] + 0.28 });
     label.textContent = zone.id;
+  }
+
+  /** Where robots were for long. */
+  setHeat(cells: HeatCell[]): void {
+    this.layers.heat.replaceChildren();
+    const longest = Math.max(...cells.map((c) => c.seconds), 1e-9);
+    for (const { x, y, size, seconds } of cells) {
+      const opacity = (0.08 + 0.72 * Math.sqrt(seconds / longest)).toFixed(3);
+      const mark = add(this.layers.heat, 'rect', { x, y, width: size, height: size, 'fill-opacity': opacity });
+      add(mark, 'title', {}).textContent = `${seconds.toFixed(1)} s`;
+    }
   }
 
   private addBeacon(beacon: Beacon): void {

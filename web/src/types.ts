@@ -67,6 +67,19 @@ export interface RobotState {
   identity?: number; // probability that it is this robot and not one that looks the same; absent: certain
 }
 
+/** A line of /api/history, of a robot or thing that was found. */
+export interface RecordedFix {
+  time: number;
+  robot: string | null;
+  id?: string; // of what is no robot
+  status: 'ok' | 'coasting';
+  x: number;
+  y: number;
+  yaw?: number | null;
+  covariance: number[]; // 9, row by row over x, y, yaw
+  sources: string[];
+}
+
 export interface CameraState {
   id: string;
   status: string;
