@@ -66,7 +66,7 @@ TEST_F(Record, ReplayOfARecordingGivesTheSameBytes) {
         const Outcome replayed = call(fmt::format("replay {} --fixes {}", path("same"), path("replayed.jsonl")));
         ASSERT_EQ(replayed.code, 0) << replayed.text;
         const std::string fixes = *read_text(path("ran.jsonl"));
-        EXPECT_GT(std::count(fixes.begin(), fixes.end(), '\n'), 8);
+        EXPECT_GT(std::count(fixes.begin(), fixes.end(), '\n'), 3);
         EXPECT_EQ(fixes, *read_text(path("replayed.jsonl")));
         EXPECT_EQ(fixes, *read_text(path("same") + "/fixes.jsonl"));
         for (const auto& entry : fs::recursive_directory_iterator(path("session") + "/frames")) {

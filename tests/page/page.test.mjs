@@ -184,14 +184,16 @@ test('the last hour again, from the history', async () => {
     const csv = await (await fetch(new URL(await page.getAttribute('#past a', 'href'), page.url()))).text();
     assert.match(csv, /^time,robot,kind,status,x,y,yaw,/);
     assert.ok(csv.trim().split('\n').length > 80);
-    await page.click('#past button:text("Play")');
+    await page.click('#past button >> text=Play');
     await page.waitForFunction(() => document.querySelector('#past input').value === document.querySelector('#past input').max, undefined, { timeout: 30000 });
-    await page.click('#past button:text("Live")');
+    await page.click('#past button >> text=Live');
     assert.equal(await page.isVisible('#past'), false);
     assert.equal(await page.locator('.heat rect').count(), 0);
   } finally {
     await page.close();
-    run.kill();
+    const ended = new Promise((resolve) => run.on('exit', resolve));
+    run.kill('SIGKILL');
+    await ended;
     rmSync(folder, { recursive: true });
   }
 });

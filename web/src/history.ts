@@ -58,7 +58,7 @@ export class Past {
   private readonly button = made('button', { id: 'history', type: 'button', title: 'The last hour again', textContent: 'History', hidden: true });
   private readonly bar = made('div', { id: 'past', hidden: true });
   private readonly play = made('button', { type: 'button', textContent: 'Play' });
-  private readonly slider = made('input', { type: 'range', min: '0', step: '0.1', ariaLabel: 'Time' });
+  private readonly slider = made('input', { type: 'range', min: '0', step: 'any', ariaLabel: 'Time' });
   private readonly clock = made('output', {});
   private readonly speed = made('select', { ariaLabel: 'Speed' });
   private readonly heat = made('input', { type: 'checkbox' });
