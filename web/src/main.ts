@@ -20,7 +20,15 @@ const map = new FloorMap(element<SVGSVGElement>('map'), (metres, pixels) => {
 });
 const cards = new Map<string, CameraCard>();
 const rows = new Map<string, HTMLElement>();
-const past = new Past(element('map-panel'), element('map-tools'), showRobotsAt, (cells) => map.setHeat(cells));
+const past = new Past(
+  element('map-panel'),
+  element('map-tools'),
+  (robots, time) => {
+    map.setRanges([]);
+    showRobotsAt(robots, time);
+  },
+  (cells) => map.setHeat(cells),
+);
 
 function connected(state: 'live' | 'connecting' | 'lost'): void {
   connection.textContent = state === 'lost' ? 'connection lost' : state;
@@ -135,8 +143,10 @@ function showRobotsAt(robots: RobotState[], time: number): void {
 }
 
 function showState(state: State): void {
-  if (!past.shown) showRobotsAt(state.robots, state.time);
-  map.setRanges(past.shown ? [] : (state.ranges ?? []));
+  if (!past.shown) {
+    map.setRanges(state.ranges ?? []);
+    showRobotsAt(state.robots, state.time);
+  }
   element('stages').textContent = stagesText(state.stages ?? {});
   showSinks(state.sinks ?? []);
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
