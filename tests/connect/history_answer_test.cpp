@@ -133,11 +133,12 @@ TEST_F(History, SaysWhatIsWrongWithAQuestion) {
     says({{"order", "random"}}, "order is oldest or newest");
     says({{"format", "xml"}}, "format is jsonl or csv");
     says({{"robots", "r1"}}, "'robots' is not known");
-    says({{"robot", ""}}, "robot is empty");
+    says({{"robot", ""}}, "is no robot's name");
+    says({{"robot", "' OR 1=1 --"}}, "is no robot's name");
+    says({{"robot", "\xff\xfe"}}, "'\?\?' is no robot's name");
     says({{"robot", "r1"}, {"robot", "r2"}}, "given twice");
     says({{"robot", std::string(201, 'x')}}, "too long");
     says({{"from", "<script>\n\x01"}}, "'<script>\?\?'");
-    EXPECT_EQ(count({{"robot", "' OR 1=1 --"}}), 0);
 }
 
 TEST_F(History, CsvHasAHeaderAndAFieldForEachNumber) {

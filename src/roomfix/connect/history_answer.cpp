@@ -56,6 +56,16 @@ Result<void> read_limit(const std::string& text, int& limit) {
     return {};
 }
 
+/// A name as site files allow it.
+Result<void> read_robot(const std::string& text, std::string& robot) {
+    const auto fits = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
+    if (text.empty() || !std::all_of(text.begin(), text.end(), fits)) {
+        return Error{fmt::format("'{}' is no robot's name: letters, digits, '_' and '-'; leave robot out for all robots", shown(text))};
+    }
+    robot = text;
+    return {};
+}
+
 /// One of two words.
 Result<void> read_choice(const std::string& name, const std::string& text, const char* no, const char* yes, bool& value) {
     if (text != no && text != yes) return Error{fmt::format("'{}' is not possible: {} is {} or {}", shown(text), name, no, yes)};
@@ -72,9 +82,7 @@ Result<void> read_parameter(const std::string& name, const std::string& value, H
     if (name == "order") return read_choice(name, value, "oldest", "newest", query.newest_first);
     if (name == "format") return read_choice(name, value, "jsonl", "csv", request.csv);
     if (name != "robot") return Error{fmt::format("'{}' is not known: there are robot, from, to, area, limit, order and format", shown(name))};
-    if (value.empty()) return Error{"robot is empty: give a name, or leave it out for all robots"};
-    query.robot = value;
-    return {};
+    return read_robot(value, query.robot);
 }
 
 /// A field of a CSV line, in quotes where it must be.
