@@ -16,8 +16,6 @@
 
 namespace roomfix {
 
-bool is_live_range_source(const std::string& source) { return source.starts_with("/dev/"); }
-
 Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot, int receiver) {
     const auto sensed = read_sensed(file);
     if (!sensed) return Error{fmt::format("{}: no ranges can be read from there: check the name", file)};

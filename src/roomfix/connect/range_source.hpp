@@ -9,9 +9,6 @@
 
 namespace roomfix {
 
-/// True for what gives ranges as they come (a serial device), false for a recording.
-bool is_live_range_source(const std::string& source);
-
 /// All ranges of a recorded file, in the order of their times: CSV, JSON lines, or a log of Cricket lines. Bad lines are in
 /// `problems`, with the file's name. An error if the file cannot be read.
 Result<RangeBatch> load_ranges(const std::string& file, const Site& site, int robot, int receiver = 0);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "roomfix/connect/range_source.hpp"
+#include "roomfix/pipeline/live_senses.hpp"
 
 namespace roomfix {
 namespace {
@@ -32,7 +33,7 @@ Result<RecordedSenses> RecordedSenses::load(const Site& site) {
     RecordedSenses senses;
     std::vector<std::string> read;
     const auto is_new = [&](const std::string& file) {
-        if (file.empty() || std::find(read.begin(), read.end(), file) != read.end()) return false;
+        if (file.empty() || is_live_sense(file) || std::find(read.begin(), read.end(), file) != read.end()) return false;
         read.push_back(file);
         return true;
     };
@@ -40,7 +41,7 @@ Result<RecordedSenses> RecordedSenses::load(const Site& site) {
         const SiteRobot& robot = site.robots[r];
         for (std::size_t k = 0; k < robot.receivers.size(); ++k) {
             const std::string& source = robot.receivers[k].source;
-            if (is_live_range_source(source) || !is_new(source)) continue;
+            if (!is_new(source)) continue;
             const auto batch = load_ranges(resolved_path(site, source), site, static_cast<int>(r), static_cast<int>(k));
             if (!batch) return batch.error();
             append(senses.ranges_.ranges, batch->ranges);

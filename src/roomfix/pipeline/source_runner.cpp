@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "roomfix/base/worker_pool.hpp"
-#include "roomfix/connect/range_source.hpp"
 #include "roomfix/pipeline/input_doctor.hpp"
 #include "roomfix/pipeline/live_frames.hpp"
+#include "roomfix/pipeline/live_senses.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
 #include "roomfix/pipeline/session_recorder.hpp"
@@ -32,7 +32,7 @@ SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(
 SourceRunner::~SourceRunner() = default;
 
 void SourceRunner::add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity) {
-    const std::lock_guard lock(sinks_mutex_);
+    const std::lock_guard lock(states_mutex_);
     sinks_.push_back(std::make_unique<SinkQueue>(std::move(sink), capacity, overflow));
 }
 
@@ -51,10 +51,15 @@ Result<void> SourceRunner::finish_sinks() {
 }
 
 std::vector<SinkState> SourceRunner::sink_states() const {
-    const std::lock_guard lock(sinks_mutex_);
+    const std::lock_guard lock(states_mutex_);
     std::vector<SinkState> states;
     for (const auto& sink : sinks_) states.push_back(sink->state());
     return states;
+}
+
+std::vector<SenseState> SourceRunner::sense_states() const {
+    const std::lock_guard lock(states_mutex_);
+    return live_senses_ ? live_senses_->states() : std::vector<SenseState>();
 }
 
 std::vector<std::string> SourceRunner::suspicious_inputs() const {
@@ -76,27 +81,6 @@ void SourceRunner::process_senses_until(Nanoseconds time) {
     listener.drives = [this](const OdometryBatch& batch) { tracker_.process(batch); };
     listener.detects = [this](const SightingBatch& batch) { tracker_.process(batch); };
     recorded_->tell_until(time, listener);
-}
-
-/// A listener on a serial line, in a thread of its own; a device that vanishes is opened again when it comes back.
-void SourceRunner::listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop) {
-    RangeReader reader(tracker_.site(), robot, receiver);
-    std::string bytes;
-    while (!stop) {
-        auto line = SerialLine::open(device);
-        if (!line) {
-            tracker_.add_problems({line.error().message});
-            for (int i = 0; i < 20 && !stop; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
-            continue;
-        }
-        while (!stop && line->read(0.2, bytes)) {
-            if (bytes.empty()) continue;
-            RangeBatch batch;
-            reader.feed(bytes, system_now(), batch);
-            bytes.clear();
-            tracker_.process(batch);
-        }
-    }
 }
 
 Result<void> SourceRunner::run(const RunSettings& settings, const std::atomic<bool>& stop, const std::function<void(double)>& progress) {
@@ -130,25 +114,23 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
     for (const auto& source : sources) {
         if (recorder_ != nullptr) source->keep_files();
     }
-    const std::vector<SiteRobot>& robots = tracker_.site().robots;
-    std::vector<std::thread> threads;
-    for (std::size_t r = 0; r < robots.size(); ++r) {
-        for (std::size_t k = 0; k < robots[r].receivers.size(); ++k) {
-            const std::string& source = robots[r].receivers[k].source;
-            if (!is_live_range_source(source)) continue;
-            threads.emplace_back([this, source, robot = static_cast<int>(r), receiver = static_cast<int>(k), &stop] { listen(source, robot, receiver, stop); });
-        }
+    {
+        const std::lock_guard lock(states_mutex_);
+        live_senses_ = std::make_unique<LiveSenses>(tracker_, stop);
     }
     std::vector<LiveSource> live;
     for (std::size_t i = 0; i < sources.size(); ++i) {
         if (sources[i]->live()) live.push_back({i, sources[i].get()});
     }
+    std::vector<std::thread> threads;
     if (!live.empty()) {
         if (settings.on_time) tracker_.measure_latency({wall_clock(), system_now(), 1});
         threads.emplace_back([&] { run_live(live, settings.threads, stop); });
     }
     auto done = run_recorded(sources, settings, stop, progress);
     for (auto& thread : threads) thread.join();
+    const std::lock_guard lock(states_mutex_);
+    live_senses_.reset();
     return done;
 }
 

@@ -14,9 +14,11 @@
 
 namespace roomfix {
 
+class LiveSenses;
 class RecordedSenses;
 class SessionRecorder;
 class SinkQueue;
+struct SenseState;
 struct LiveSource;
 
 struct RunSettings {
@@ -41,6 +43,8 @@ public:
     Result<void> finish_sinks();
     /// From any thread.
     std::vector<SinkState> sink_states() const;
+    /// Of senses whose readings come as they come, while it runs. From any thread.
+    std::vector<SenseState> sense_states() const;
 
     /// Runs all sources of the site to their end: recorded ones in the order of their times, live ones each in its thread. `stop` ends it
     /// early. `progress` gets 0..1.
@@ -56,15 +60,15 @@ private:
     Result<void> run_recorded(std::vector<std::unique_ptr<FrameSource>>& sources, const RunSettings& settings, const std::atomic<bool>& stop,
                               const std::function<void(double)>& progress);
     void run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop);
-    void listen(const std::string& device, int robot, int receiver, const std::atomic<bool>& stop);
     void process_senses_until(Nanoseconds time);
     void tell_time(Nanoseconds now);
 
     SiteTracker& tracker_;
     SessionRecorder* recorder_ = nullptr;
     std::unique_ptr<RecordedSenses> recorded_;
-    mutable std::mutex sinks_mutex_;  // held while a sink is added or asked; fixes go to those that were there before the run
+    mutable std::mutex states_mutex_;  // held while what follows is changed or asked for its state; fixes go to the sinks that were there before the run
     std::vector<std::unique_ptr<SinkQueue>> sinks_;
+    std::unique_ptr<LiveSenses> live_senses_;
 };
 
 }  // namespace roomfix

@@ -1,0 +1,56 @@
+// Readings that come as they come, from serial lines, UDP and MQTT, into a tracker.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "roomfix/connect/mqtt_client.hpp"
+#include "roomfix/connect/sense_lines.hpp"
+#include "roomfix/pipeline/site_tracker.hpp"
+
+namespace roomfix {
+
+/// How a source of readings fares.
+struct SenseState {
+    std::string source;   // as the site file names it
+    std::string message;  // what is wrong with it, or how its senders' clocks differ from ours
+    long readings = 0;    // that were used
+};
+
+/// True for what gives readings as they come: /dev/..., udp://HOST:PORT, mqtt:TOPIC.
+bool is_live_sense(const std::string& source);
+
+/// Every source has a thread of its own; one that vanishes is opened again when it comes back.
+class LiveSenses {
+public:
+    /// Listens to all live sources of the tracker's site until `stop` is set. Both must outlive it.
+    LiveSenses(SiteTracker& tracker, const std::atomic<bool>& stop);
+    /// Waits for the threads.
+    ~LiveSenses();
+    LiveSenses(const LiveSenses&) = delete;
+    LiveSenses& operator=(const LiveSenses&) = delete;
+
+    std::vector<SenseState> states() const;
+
+private:
+    void listen_to_line(const std::string& device, int robot, int receiver);
+    void listen_to_port(const std::string& address);
+    void listen_to_topic(const std::string& source);
+    void take(const std::string& source, SenseLines& lines, std::string_view text);
+    void take(const std::string& source, const Readings& readings, const std::string& clocks);
+    void note(const std::string& source, const std::string& message);
+    void wait_a_moment() const;
+
+    SiteTracker& tracker_;
+    const std::atomic<bool>& stop_;
+    mutable std::mutex mutex_;  // guards:
+    std::map<std::string, SenseState> states_;
+    std::vector<std::thread> threads_;
+};
+
+}  // namespace roomfix
