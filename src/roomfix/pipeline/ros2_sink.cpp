@@ -70,6 +70,8 @@ Ros2Sink::Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::
 
 Ros2Sink::~Ros2Sink() { stop(); }
 
+std::string Ros2Sink::name() const { return fmt::format("ROS 2 in domain {}", settings_.domain); }
+
 /// Early: whoever wants a topic needs a moment to find it.
 Result<void> Ros2Sink::offer_topics() {
     constexpr int transforms_kept = 100;

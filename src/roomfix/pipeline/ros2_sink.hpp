@@ -25,7 +25,7 @@ public:
     static Result<std::unique_ptr<Ros2Sink>> open(const SiteTracker& tracker, const Ros2Output& settings);
     ~Ros2Sink() override;
 
-    std::string name() const override { return "ROS 2"; }
+    std::string name() const override;
     Result<void> give(const FixBatch& batch) override;
     Result<void> finish() override;
 
