@@ -117,7 +117,7 @@ int run_site(const Site& site, const RunOptions& options) {
         if (!options.host.empty()) web.host = options.host;
         if (options.port >= 0) web.port = options.port;
         web.insecure = web.insecure || options.insecure;
-        auto page = PageSink::serve(tracker, web, [&runner] { return runner.sink_states(); });
+        auto page = PageSink::serve(tracker, web, &runner);
         if (!page) return give_up(page.error());
         if (options.outputs && site.outputs.history) {
             auto answerer = history_answerer(site);

@@ -4,7 +4,7 @@ import { colourOf } from './colours';
 import { bestOfAll, errorClasses, errorsOf, errorText } from './errors';
 import { Past } from './history';
 import { FloorMap } from './map';
-import type { RobotState, SinkState, Site, State } from './types';
+import type { RobotState, SenseState, SinkState, Site, State } from './types';
 
 function element<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);
@@ -120,21 +120,34 @@ function stagesText(stages: NonNullable<State['stages']>): string {
   return known.map(([stage, name]) => `${name} ${stages[stage][0].toFixed(0)} ms (95 %: ${stages[stage][1].toFixed(0)})`).join(', ');
 }
 
-function showSinks(sinks: SinkState[]): void {
-  element('outputs').hidden = sinks.length === 0;
-  element('sinks').replaceChildren(
-    ...sinks.map((sink) => {
+/** Rows of a list below a heading that is hidden while there are none: a name, perhaps a state, and a sentence. */
+function showRows(section: string, list: string, rows: { name: string; status?: string; text: string }[]): void {
+  element(section).hidden = rows.length === 0;
+  element(list).replaceChildren(
+    ...rows.map(({ name, status, text }) => {
       const row = document.createElement('div');
-      row.className = 'sink';
-      row.innerHTML = '<b></b><span class="pill"></span><span class="quiet"></span>';
-      row.querySelector('b')!.textContent = sink.name;
-      const status = row.querySelector<HTMLElement>('.pill')!;
-      status.textContent = sink.status;
-      status.dataset.status = sink.status;
-      row.querySelector('.quiet')!.textContent = `${sink.message}${sink.lost ? `${sink.message ? '; ' : ''}${sink.lost} messages lost` : ''}`;
+      row.className = 'connection-row';
+      row.innerHTML = '<b></b><span></span><span class="quiet"></span>';
+      row.querySelector('b')!.textContent = name;
+      if (status) {
+        const pill = row.querySelector<HTMLElement>('span')!;
+        pill.className = 'pill';
+        pill.textContent = status;
+        pill.dataset.status = status;
+      }
+      row.querySelector('.quiet')!.textContent = text;
       return row;
     }),
   );
+}
+
+function showSinks(sinks: SinkState[]): void {
+  const lost = (sink: SinkState): string[] => (sink.lost ? [`${sink.lost} messages lost`] : []);
+  showRows('outputs', 'sinks', sinks.map((s) => ({ name: s.name, status: s.status, text: [...(s.message ? [s.message] : []), ...lost(s)].join('; ') })));
+}
+
+function showSenses(senses: SenseState[]): void {
+  showRows('inputs', 'senses', senses.map((s) => ({ name: s.source, text: [`${s.readings} readings`, ...(s.message ? [s.message] : [])].join('; ') })));
 }
 
 function showRobotsAt(robots: RobotState[], time: number): void {
@@ -149,6 +162,7 @@ function showState(state: State): void {
   }
   element('stages').textContent = stagesText(state.stages ?? {});
   showSinks(state.sinks ?? []);
+  showSenses(state.senses ?? []);
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
 }
 

@@ -93,6 +93,13 @@ export interface CameraState {
   corner?: { id: string | null; edges: Segment[]; rejected: Segment[] }; // edges: along the ceiling, along the ceiling, between the walls
 }
 
+/** Where readings of the robots' own senses come from. */
+export interface SenseState {
+  source: string;
+  message: string;
+  readings: number;
+}
+
 /** Where fixes go to. */
 export interface SinkState {
   name: string;
@@ -113,5 +120,6 @@ export interface State {
   cameras: CameraState[];
   ranges: RangeCircle[];
   sinks?: SinkState[];
+  senses?: SenseState[];
   stages?: Record<string, [number, number, number]>; // ms of each stage: median, 95 %, 99 %
 }

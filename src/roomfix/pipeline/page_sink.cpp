@@ -10,8 +10,10 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/error_map.hpp"
+#include "roomfix/pipeline/live_senses.hpp"
 #include "roomfix/pipeline/metrics.hpp"
 #include "roomfix/pipeline/page_numbers.hpp"
+#include "roomfix/pipeline/source_runner.hpp"
 
 namespace roomfix {
 namespace {
@@ -211,10 +213,13 @@ std::string PageSink::state_json(const FixBatch& batch) const {
         state["cameras"].push_back(camera);
     }
     for (const RangeObservation& range : site.ranges) state["ranges"].push_back(range_json(tracker_.site(), range));
-    for (const SinkState& sink : sinks_ ? sinks_() : std::vector<SinkState>()) {
+    for (const SinkState& sink : runner_ ? runner_->sink_states() : std::vector<SinkState>()) {
         json told = {{"name", sink.name}, {"status", sink.status}, {"message", sink.message}};
         if (sink.lost > 0) told["lost"] = sink.lost;
         state["sinks"].push_back(told);
+    }
+    for (const SenseState& sense : runner_ ? runner_->sense_states() : std::vector<SenseState>()) {
+        state["senses"].push_back({{"source", sense.source}, {"message", sense.message}, {"readings", sense.readings}});
     }
     const StageTimes& times = tracker_.stage_times();
     for (std::size_t s = 0; s < stages; ++s) {
@@ -236,13 +241,13 @@ std::string PageSink::metrics() const {
         const std::lock_guard lock(mutex_);
         robots = newest_;
     }
-    return metrics_text(tracker_, robots, sinks_ ? sinks_() : std::vector<SinkState>());
+    return metrics_text(tracker_, robots, runner_ ? runner_->sink_states() : std::vector<SinkState>());
 }
 
-Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, std::function<std::vector<SinkState>()> sinks) {
+Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, const SourceRunner* runner) {
     auto access = web_access(web, tracker.site(), "the page");
     if (!access) return access.error();
-    std::unique_ptr<PageSink> page(new PageSink(tracker, std::move(sinks)));
+    std::unique_ptr<PageSink> page(new PageSink(tracker, runner));
     tracker.keep_frames();
     page->server_.set_site(page->site_json());
     page->server_.set_picture_source([shown = page.get()](const std::string& camera) { return shown->picture_of(camera); });

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -16,11 +15,13 @@
 
 namespace roomfix {
 
+class SourceRunner;
+
 class PageSink final : public FixSink {
 public:
-    /// Serves the page from now on. `tracker`, which keeps its frames from now on, must outlive it. `sinks` says how all sinks fare; it is asked from other
-    /// threads. An error if the address is taken or not ours, or others could look who must not.
-    static Result<std::unique_ptr<PageSink>> serve(SiteTracker& tracker, const WebOutput& web, std::function<std::vector<SinkState>()> sinks = {});
+    /// Serves the page from now on. `tracker`, which keeps its frames from now on, must outlive it. `runner`, if there is one, says how sinks
+    /// and senses fare; it must outlive the page, too. An error if the address is taken or not ours, or others could look who must not.
+    static Result<std::unique_ptr<PageSink>> serve(SiteTracker& tracker, const WebOutput& web, const SourceRunner* runner = nullptr);
 
     std::string name() const override { return "the page"; }
     int port() const { return server_.port(); }
@@ -29,7 +30,7 @@ public:
     Result<void> give(const FixBatch& batch) override;
 
 private:
-    PageSink(SiteTracker& tracker, std::function<std::vector<SinkState>()> sinks) : tracker_(tracker), sinks_(std::move(sinks)), zones_(tracker.site().zones) {}
+    PageSink(SiteTracker& tracker, const SourceRunner* runner) : tracker_(tracker), runner_(runner), zones_(tracker.site().zones) {}
     std::string site_json() const;
     std::string state_json(const FixBatch& batch) const;
     std::vector<std::uint8_t> picture_of(const std::string& camera) const;
@@ -37,7 +38,7 @@ private:
     std::string metrics() const;
 
     SiteTracker& tracker_;
-    std::function<std::vector<SinkState>()> sinks_;
+    const SourceRunner* runner_;
     mutable std::mutex mutex_;  // guards:
     std::vector<Fix> newest_;   // of each robot
     ZoneWatch zones_;           // of the sink's thread
