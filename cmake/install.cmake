@@ -72,6 +72,7 @@ configure_file(cmake/roomfix.pc.in roomfix.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/roomfix.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 install(TARGETS roomfix RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+install(FILES packaging/roomfix.service DESTINATION lib/systemd/system COMPONENT program)
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 # Manual pages, where help2man makes them of the program's own help (target `man`).

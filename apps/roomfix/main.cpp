@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
     roomfix::add_check(app, exit_code);
     roomfix::add_cameras(app, exit_code);
     roomfix::add_doctor(app, exit_code);
+    roomfix::add_init(app, exit_code);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& problem) {

@@ -183,7 +183,7 @@ TEST_F(CommandLine, CamerasSaysWhatIsThereAndWhatToDoWhereNothingIs) {
 }
 
 TEST_F(CommandLine, EveryCommandHasHelpWithAnExample) {
-    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check", "cameras", "doctor", "export", "calibrate mount"})
+    for (const char* command : {"demo", "run", "fix", "simulate", "reproduce", "check", "cameras", "doctor", "export", "init", "calibrate mount"})
         expect_says(call(std::string(command) + " --help"), 0, "Example: roomfix");
     expect_says(call("simulate atlantis -o /tmp/x"), 2, "there is no scenario 'atlantis'");
     expect_says(call(fmt::format("simulate li2014 -o {}", session())), 2, "session already");
