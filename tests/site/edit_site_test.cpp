@@ -117,5 +117,14 @@ TEST(EditSite, WritesSeveralCamerasOrNone) {
     std::filesystem::remove_all(folder);
 }
 
+TEST(EditSite, TakesAWholeSectionOut) {
+    const std::string block = "site: {name: x}\noutputs:  # where to\n  web: {port: 1}\n  mqtt:\n    host: broker\n# robots\nrobots:\n  r1: {count: many}\n";
+    EXPECT_EQ(*without_section(block, "outputs"), "site: {name: x}\n# robots\nrobots:\n  r1: {count: many}\n");
+    EXPECT_EQ(*without_section("site: {name: x}\noutputs: {web: {port: 1}}\n", "outputs"), "site: {name: x}\n");
+    EXPECT_EQ(*without_section("{site: {name: x}, outputs: {web: {}}, robots: {}}", "outputs"), "{site: {name: x}, robots: {}}");
+    EXPECT_EQ(*without_section("site: {name: x}\n", "outputs"), "site: {name: x}\n");
+    EXPECT_FALSE(without_section("site: {name: x\n", "outputs"));
+}
+
 }  // namespace
 }  // namespace roomfix

@@ -171,8 +171,10 @@ TEST(LoadSite, FloorPointsThatDoNotFixThePoseAreAnError) {
 }
 
 TEST(SiteText, ReadsBackAsTheSameSite) {
-    const Site site = parse_site(good, "/").site;
+    Site site = parse_site(good, "/").site;
+    site.lost = 0.9;
     const LoadedSite again = parse_site(site_text(site), "/");
+    EXPECT_EQ(again.site.lost, 0.9);
     for (const auto& p : again.problems) EXPECT_FALSE(p.fatal) << p.message;
     EXPECT_EQ(site_text(again.site), site_text(site));
     EXPECT_EQ(again.site.cameras.size(), site.cameras.size());
