@@ -143,7 +143,9 @@ TEST_F(Recording, BeyondItsSizeTheOldestPartsGoAndTheOthersAreWhole) {
         EXPECT_FALSE(fs::exists(folder / "record" / part / "unfinished"));
         for (const std::string& name : names_in(folder / "record" / part / "frames/hall")) {
             const long time = std::stol(name);
-            if (next >= 0) ASSERT_EQ(time, next) << "parts follow each other without a gap";
+            if (next >= 0) {
+                ASSERT_EQ(time, next) << "parts follow each other without a gap";
+            }
             next = time + 1;
         }
     }
