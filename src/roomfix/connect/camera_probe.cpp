@@ -21,11 +21,17 @@ constexpr double longest = 6;        // s: a camera that tells the time does so 
 /// "30/s"; nothing where the camera does not say.
 std::string rate_text(double rate) { return rate > 0 ? fmt::format(" {:.3g}/s", rate) : ""; }
 
+/// An error that names the camera, once.
+Error about(const std::string& source, const Error& error) {
+    const std::string name = shown_address(source);
+    return error.message.starts_with(name) ? error : Error{name + ": " + error.message};
+}
+
 }  // namespace
 
 Result<CameraProbe> probe_camera(const std::string& source) {
     auto opened = open_source(source);
-    if (!opened) return opened.error();
+    if (!opened) return about(source, opened.error());
     FrameSource& camera = **opened;
     if (!camera.live()) return Error{fmt::format("{}: a recording and no camera: name a device or an address", source)};
     CameraProbe probe;
@@ -35,7 +41,7 @@ Result<CameraProbe> probe_camera(const std::string& source) {
     std::int64_t before = 0;  // pictures until then
     for (int count = 1;; ++count) {
         const auto more = camera.advance(probe.picture);
-        if (!more) return more.error();
+        if (!more) return about(source, more.error());
         if (!*more) return Error{fmt::format("{}: the camera ended its stream", shown_address(source))};
         const std::int64_t came = count + camera.passed_over();
         if (count == first_counted) {
@@ -47,7 +53,7 @@ Result<CameraProbe> probe_camera(const std::string& source) {
         if (count >= least_pictures && probe.picture.time_sigma < known_time) break;
         if (std::chrono::duration<double>(now() - opened_at).count() > longest) break;
     }
-    if (auto decoded = camera.decode(probe.picture); !decoded) return decoded.error();
+    if (auto decoded = camera.decode(probe.picture); !decoded) return about(source, decoded.error());
     probe.note = camera.note();
     return probe;
 }
