@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <csignal>
 #include <memory>
 
@@ -21,7 +23,9 @@ struct Arguments {
 int run(Arguments arguments) {
     arguments.options.page = !arguments.no_page;
     std::signal(SIGPIPE, SIG_IGN);  // a peer that is gone is an error where it is written to
-    while (true) {
+    const std::string record = arguments.options.record.folder;
+    for (int round = 1;; ++round) {
+        if (!record.empty() && round > 1) arguments.options.record.folder = fmt::format("{}-{}", record, round);  // a session has one site
         const auto site = load_site(arguments.site);
         if (!site) {
             complain("the site file cannot be used:\n" + site.error().message);

@@ -54,6 +54,10 @@ std::vector<SinkState> SourceRunner::sink_states() const {
     const std::lock_guard lock(states_mutex_);
     std::vector<SinkState> states;
     for (const auto& sink : sinks_) states.push_back(sink->state());
+    if (recorder_ != nullptr) {
+        const RecordingState recording = recorder_->state();
+        states.push_back({"the recording", recording.ok ? "ok" : "failed", recording.message, recording.lost});
+    }
     return states;
 }
 

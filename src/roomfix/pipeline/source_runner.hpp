@@ -41,7 +41,7 @@ public:
     void record_to(SessionRecorder& recorder);
     /// Waits until every sink has what it was given. The first error of any of them.
     Result<void> finish_sinks();
-    /// From any thread.
+    /// Of all sinks, and of the recording. From any thread.
     std::vector<SinkState> sink_states() const;
     /// Of senses whose readings come as they come, while it runs. From any thread.
     std::vector<SenseState> sense_states() const;
