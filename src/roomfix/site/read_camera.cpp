@@ -161,6 +161,12 @@ CaptureSettings read_capture(YamlReader& reader, const YAML::Node& node, const s
     return capture;
 }
 
+/// s, 1 sigma: nobody knows how late the pictures of a network camera come whose delay is not stated, unless it tells the time.
+double usual_time_offset(const std::string& source, const CaptureSettings& capture) {
+    constexpr double unknown_delay = 0.05;
+    return source.find("://") != std::string::npos && !capture.delay ? unknown_delay : 0;
+}
+
 }  // namespace
 
 void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& node, Site& site) {
@@ -173,8 +179,9 @@ void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& no
     SiteCamera camera;
     camera.id = id;
     camera.source = reader.text(reader.required(node, "source", what), what + ".source").value_or("");
-    camera.time_offset_sigma = reader.number(node["time_offset_sigma"], what + ".time_offset_sigma", 0, 10).value_or(0);
     camera.capture = read_capture(reader, node, what);
+    camera.time_offset_sigma =
+        reader.number(node["time_offset_sigma"], what + ".time_offset_sigma", 0, 10).value_or(usual_time_offset(camera.source, camera.capture));
     camera.background = reader.text(node["background"], what + ".background").value_or("");
     const auto size = reader.numbers(reader.required(node, "size", what), what + ".size", 2, 1, 32768);
     read_lens(reader, node, site.folder, what, camera);
