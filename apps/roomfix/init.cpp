@@ -41,13 +41,13 @@ bool yes(const std::string& question) { return ask(question, "yes").starts_with(
 
 /// Looks through a camera; nothing, with a complaint, if it gives no picture.
 std::optional<FirstCamera> camera_of(const std::string& source, std::size_t number) {
-    const auto probe = probe_camera(source);
-    if (!probe) {
-        complain(probe.error().message);
+    const auto picture = first_picture(source);
+    if (!picture) {
+        complain(picture.error().message);
         return std::nullopt;
     }
-    say(fmt::format("{}: {} x {}", source, probe->picture.image.width(), probe->picture.image.height()));
-    return FirstCamera{fmt::format("cam{}", number), source, probe->picture.image.width(), probe->picture.image.height()};
+    say(fmt::format("{}: {} x {}", source, picture->image.width(), picture->image.height()));
+    return FirstCamera{fmt::format("cam{}", number), source, picture->image.width(), picture->image.height()};
 }
 
 /// Those that were named, or those of this machine that somebody wants. By a name that stays the same, where there is one.

@@ -181,10 +181,10 @@ TEST_F(History, AFileThatIsDeletedWhileItIsOpenIsMadeAnew) {
 TEST_F(History, IsAnsweredOverHttp) {
     ASSERT_TRUE(store->add(two_robots()));
     WebServer server;
-    ASSERT_TRUE(server.start("127.0.0.1", 0));
+    ASSERT_TRUE(server.start({"127.0.0.1", 0}));
     httplib::Client client("127.0.0.1", server.port());
     EXPECT_EQ(client.Get("/api/history")->status, 404);
-    server.set_history_source([this](const WebParameters& parameters) { return ask(parameters); });
+    server.add_route("/api/history", [this](const WebParameters& parameters) { return ask(parameters); });
     const auto answer = client.Get("/api/history?robot=r1&area=-1,1,%2B3,3&format=csv");
     ASSERT_TRUE(answer);
     EXPECT_EQ(answer->status, 200);

@@ -85,7 +85,7 @@ class Broker:
 def certificate(folder, name, host, days, ca=None):
     """A key and its certificate by openssl, FOLDER/NAME.key and .crt; signed by itself or by `ca`."""
     key, request, signed, names = (pathlib.Path(folder) / f"{name}.{ending}" for ending in ("key", "csr", "crt", "ext"))
-    names.write_text(f"subjectAltName={'IP' if host[0].isdigit() else 'DNS'}:{host}\n")
+    names.write_text(f"subjectAltName={'IP' if host[0].isdigit() else 'DNS'}:{host}\n" + ("" if ca else "basicConstraints=critical,CA:TRUE\n"))
     curve = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1"]
     by = ["-CA", f"{folder}/{ca}.crt", "-CAkey", f"{folder}/{ca}.key", "-CAcreateserial"] if ca else ["-signkey", key]
     for command in (["req", "-new", *curve, "-nodes", "-keyout", key, "-out", request, "-subj", f"/CN={name}"],

@@ -68,7 +68,7 @@ class Senses(unittest.TestCase):
 
         def good():
             fixes = [fix for fix in fixes_of(self.folder / "fixes.jsonl")[-10:] if fix["status"] == "ok"]
-            return len(fixes) == 10 and all(fix["covariance"][0] + fix["covariance"][4] < 0.1**2 for fix in fixes)
+            return len(fixes) == 10 and all(fix["covariance"][0] + fix["covariance"][4] < 0.04**2 for fix in fixes)
 
         for _ in range(2000):
             sender.report()
@@ -78,7 +78,7 @@ class Senses(unittest.TestCase):
             self.fail("the robot was not found")
         for fix in fixes_of(self.folder / "fixes.jsonl")[-10:]:
             x, y, _ = truth(fix["time"] - sender.start)
-            self.assertLess(math.hypot(fix["x"] - x, fix["y"] - y), 0.2)
+            self.assertLess(math.hypot(fix["x"] - x, fix["y"] - y), 0.1)
             self.assertLess(abs(fix["time"] - time.time()), 5)  # of our clock
 
     def number_of_fixes(self):

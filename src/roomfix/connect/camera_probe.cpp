@@ -58,6 +58,16 @@ Result<CameraProbe> probe_camera(const std::string& source) {
     return probe;
 }
 
+Result<SourceFrame> first_picture(const std::string& source) {
+    auto opened = open_source(source);
+    if (!opened) return about(source, opened.error());
+    SourceFrame frame;
+    const auto more = (*opened)->next(frame);
+    if (!more) return about(source, more.error());
+    if (!*more) return Error{fmt::format("{}: there is no picture in it", shown_address(source))};
+    return frame;
+}
+
 std::string description_of(const VideoDeviceInfo& camera) {
     std::string text = camera.path;
     if (!camera.card.empty()) text += fmt::format("  {} ({})", camera.card, camera.bus);

@@ -18,6 +18,9 @@ struct CameraProbe {
 /// Takes pictures for some seconds. An error says why there is none, and what to do.
 Result<CameraProbe> probe_camera(const std::string& source);
 
+/// The first picture of a camera or of a recording. An error says why there is none.
+Result<SourceFrame> first_picture(const std::string& source);
+
 /// Lines for people: which camera it is, by which names it is found again, in which sizes, formats and rates it gives pictures.
 std::string description_of(const VideoDeviceInfo& camera);
 std::string description_of(const std::string& source, const CameraProbe& camera);

@@ -15,6 +15,8 @@
 #include <mutex>
 #include <thread>
 
+#include "roomfix/connect/tls_problem.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -134,11 +136,14 @@ void MqttClient::Impl::note_connected(int reason) {
 }
 
 void MqttClient::Impl::note_failure(int code, int system_error) {
+    std::string certificate;
+    if (code == MOSQ_ERR_TLS) certificate = tls_problem(connection.host, connection.port, connection.tls ? connection.tls->ca : "");
     const std::lock_guard lock(mutex);
     state.connected = false;
     if (refused) return;  // what the broker answered says more
     std::string reason = code == MOSQ_ERR_ERRNO ? std::strerror(system_error) : mosquitto_strerror(code);
-    if (code == MOSQ_ERR_TLS && !detail.empty()) reason = "its certificate is not believed: " + detail;
+    if (code == MOSQ_ERR_TLS && !detail.empty()) reason = detail;
+    if (!certificate.empty()) reason = "its certificate is not believed: " + certificate;
     state.problem = fmt::format("the broker {}:{} cannot be reached: {}", connection.host, connection.port, reason);
 }
 

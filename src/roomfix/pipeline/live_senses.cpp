@@ -50,8 +50,11 @@ LiveSenses::LiveSenses(SiteTracker& tracker, const std::atomic<bool>& stop) : tr
     }
 }
 
-LiveSenses::~LiveSenses() {
+LiveSenses::~LiveSenses() { wait(); }
+
+void LiveSenses::wait() {
     for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
 }
 
 std::vector<SenseState> LiveSenses::states() const {

@@ -30,11 +30,12 @@ class LiveSenses {
 public:
     /// Listens to all live sources of the tracker's site until `stop` is set. Both must outlive it.
     LiveSenses(SiteTracker& tracker, const std::atomic<bool>& stop);
-    /// Waits for the threads.
     ~LiveSenses();
     LiveSenses(const LiveSenses&) = delete;
     LiveSenses& operator=(const LiveSenses&) = delete;
 
+    /// Until `stop` is set, if there is anything to listen to.
+    void wait();
     std::vector<SenseState> states() const;
 
 private:

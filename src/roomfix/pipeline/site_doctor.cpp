@@ -12,6 +12,7 @@
 #include "roomfix/connect/camera_probe.hpp"
 #include "roomfix/connect/fix_store.hpp"
 #include "roomfix/connect/mqtt_client.hpp"
+#include "roomfix/connect/network_camera.hpp"
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/connect/udp_port.hpp"
 #include "roomfix/connect/web_server.hpp"
@@ -61,9 +62,17 @@ void Doctor::look_at_clock() const {
     tell(Kind::fine, "clock", fmt::format("follows another clock, to {:.1f} ms by its own estimate", 1e-3 * static_cast<double>(clock.esterror)));
 }
 
+/// Of a recording its first picture.
+Result<CameraProbe> look_through(const std::string& source) {
+    if (is_video_device(source) || is_network_address(source)) return probe_camera(source);
+    auto picture = first_picture(source);
+    if (!picture) return picture.error();
+    return CameraProbe{std::move(*picture), 0, "a recording"};
+}
+
 void Doctor::look_at_camera(const SiteCamera& camera) const {
     const std::string what = "camera " + camera.id;
-    const auto probe = probe_camera(resolved_path(site_, camera.source));
+    const auto probe = look_through(resolved_path(site_, camera.source));
     if (!probe) return tell(Kind::problem, what, probe.error().message);
     const LumaView picture = probe->picture.image.view();
     if (picture.width != camera.model.width || picture.height != camera.model.height) {

@@ -133,6 +133,7 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
     }
     auto done = run_recorded(sources, settings, stop, progress);
     for (auto& thread : threads) thread.join();
+    live_senses_->wait();
     const std::lock_guard lock(states_mutex_);
     live_senses_.reset();
     return done;
