@@ -92,16 +92,15 @@ test('poses, map and transforms come as they are in the file', async (t) => {
   assert.equal(robots.entities[0].cylinders.length, 1);
   client.close();
   await running.ended;
-  const fixes = new Map(running.fixes().map((fix) => [Math.round(fix.time * 1e9), fix]));
+  const fixes = running.fixes().filter((fix) => fix.status !== 'none');
   const poses = messages.filter((m) => m.topic === '/r/pose');
   for (const { data, time } of poses) {
     const at = Number(BigInt(data.timestamp.sec) * 1000000000n + BigInt(data.timestamp.nsec));
     assert.equal(Number(time), at);
-    const fix = [...fixes.values()].find((f) => Math.abs(f.time * 1e9 - at) < 1000);
-    assert.ok(fix, `there is a fix at ${at}`);
-    assert.ok(Math.abs(data.pose.position.x - fix.x) < 1e-6 && Math.abs(data.pose.position.y - fix.y) < 1e-6);
     const yaw = 2 * Math.atan2(data.pose.orientation.z, data.pose.orientation.w);
-    assert.ok(Math.abs(Math.sin(yaw - (fix.yaw ?? 0))) < 1e-6);
+    const same = (f) =>
+      Math.abs(f.time * 1e9 - at) < 1000 && Math.hypot(data.pose.position.x - f.x, data.pose.position.y - f.y) < 3e-6 && Math.abs(Math.sin(yaw - (f.yaw ?? 0))) < 3e-6;
+    assert.ok(fixes.some(same), `there is this fix at ${at}`); // there may be several of one time
   }
 });
 
@@ -132,7 +131,7 @@ test('a client that says nonsense is told so, and others do not notice', async (
 
 test('who has no token is not let in', async (t) => {
   writeFileSync(join(folder, 'token'), 'open sesame\n');
-  const running = await run(t, 'token', `outputs: {foxglove: {port: 0, token: {file: ${join(folder, 'token')}}}}\n`, '--speed', '2');
+  const running = await run(t, 'guarded', `outputs: {foxglove: {port: 0, token: {file: ${join(folder, 'token')}}}}\n`, '--speed', '2');
   const address = `ws://127.0.0.1:${running.port}`;
   await assert.rejects(listen(address));
   await assert.rejects(listen(`${address}/?token=open`));

@@ -25,7 +25,7 @@ class Mqtt(unittest.TestCase):
 
     def run_site(self, broker_settings, *options, more=""):
         """The recorded drive to its end."""
-        site = labyrinth(self.folder / "session", f"outputs:\n  mqtt: {{{broker_settings}}}\n{more}")
+        site = labyrinth(self.folder / "session", f"outputs:\n  mqtt: {{{broker_settings}}}\n{more}", seconds=14)
         command = [program, "run", site, "--speed", "0", "--no-page", "--fixes", self.folder / "fixes.jsonl", *options]
         return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=120)
 

@@ -59,7 +59,7 @@ class Operation(unittest.TestCase):
         self.assertNotEqual(checked.returncode, 0)
         problems = [line for line in (checked.stdout + checked.stderr).splitlines() if ": error:" in line]
         self.assertEqual(len(problems), 1, checked.stdout + checked.stderr)
-        self.assertIn("floor_points", problems[0])
+        self.assertIn("0 floor points given", problems[0])
         self.assertEqual(self.call("init", "-o", site).returncode, 2)
         self.assertEqual(site.read_text(), text)
 

@@ -93,9 +93,14 @@ def certificate(folder, name, host, days, ca=None):
         subprocess.run(["openssl", *[str(word) for word in command]], check=True, capture_output=True)
 
 
-def labyrinth(folder, outputs):
-    """The recorded drive of examples/labyrinth with outputs of its own. Gives the site file."""
+def labyrinth(folder, outputs, seconds=None):
+    """The recorded drive of examples/labyrinth, or its beginning, with outputs of its own. Gives the site file."""
     shutil.copytree(source / "examples/labyrinth", folder, dirs_exist_ok=True)
+    for recorded in ("ranges.csv", "odometry.csv") if seconds else ():
+        header, *lines = (pathlib.Path(folder) / recorded).read_text().splitlines()
+        start = float(lines[0].split(",")[0])
+        kept = [line for line in lines if float(line.split(",")[0]) < start + seconds]
+        (pathlib.Path(folder) / recorded).write_text("\n".join([header, *kept]) + "\n")
     file = pathlib.Path(folder) / "site.yaml"
     file.write_text(file.read_text() + outputs)
     return file
