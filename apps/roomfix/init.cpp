@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/connect/camera_probe.hpp"
+#include "roomfix/connect/shown_address.hpp"
 #include "roomfix/pipeline/first_site.hpp"
 #include "terminal.hpp"
 
@@ -46,7 +47,7 @@ std::optional<FirstCamera> camera_of(const std::string& source, std::size_t numb
         complain(picture.error().message);
         return std::nullopt;
     }
-    say(fmt::format("{}: {} x {}", source, picture->image.width(), picture->image.height()));
+    say(fmt::format("{}: {} x {}", shown_address(source), picture->image.width(), picture->image.height()));
     return FirstCamera{fmt::format("cam{}", number), source, picture->image.width(), picture->image.height()};
 }
 

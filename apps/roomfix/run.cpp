@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <csignal>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
 #include "roomfix/base/worker_pool.hpp"
@@ -20,23 +22,40 @@ struct Arguments {
     RunOptions options;
 };
 
+/// Runs the site, and the new one whenever its file changes. One that cannot be used after all (an address that is taken, a secret that is not there) is
+/// given up for the one before.
 int run(Arguments arguments) {
-    arguments.options.page = !arguments.no_page;
+    RunOptions& options = arguments.options;
+    options.page = !arguments.no_page;
+    options.record.site_file = arguments.site;
     std::signal(SIGPIPE, SIG_IGN);  // a peer that is gone is an error where it is written to
-    const std::string record = arguments.options.record.folder;
+    auto site = load_site(arguments.site);
+    if (!site) {
+        complain("the site file cannot be used:\n" + site.error().message);
+        return bad_input;
+    }
+    const std::filesystem::path record = std::filesystem::path(options.record.folder).lexically_normal();
+    std::optional<Site> before;  // that ran
     for (int round = 1;; ++round) {
-        if (!record.empty() && round > 1) arguments.options.record.folder = fmt::format("{}-{}", record, round);  // a session has one site
-        const auto site = load_site(arguments.site);
-        if (!site) {
-            complain("the site file cannot be used:\n" + site.error().message);
-            return bad_input;
+        if (round > 1 && !record.empty()) {  // a session has one site
+            options.record.folder = fmt::format("{}-{}", (record.has_filename() ? record : record.parent_path()).string(), round);
         }
         const SiteWatch watch(arguments.site, stop_requested(),
                               [](const std::string& mistakes) { complain("the site file was changed, but cannot be used; the old one stays:\n" + mistakes); });
-        arguments.options.stop = &watch.ends();
-        const int code = run_site(*site, arguments.options);
-        if (!watch.changed()) return code;
-        say("the site file was changed: beginning anew with it");
+        options.stop = &watch.ends();
+        const int code = run_site(*site, options);
+        options.append = true;
+        if (watch.changed()) {
+            before = std::move(*site);
+            site = watch.site();
+            say("the site file was changed: beginning anew with it");
+        } else if (code == bad_input && before) {
+            complain("the new site cannot be run; going on with the old one");
+            site = std::move(*before);
+            before.reset();
+        } else {
+            return code;
+        }
     }
 }
 

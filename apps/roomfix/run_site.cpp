@@ -95,10 +95,14 @@ int run_site(const Site& site, const RunOptions& options) {
     });
     if (options.smooth) tracker.keep_history();
     std::string fixes = options.fixes;
-    if (fixes.empty() && !site.outputs.jsonl.empty()) fixes = resolved_path(site, site.outputs.jsonl);
+    bool append = options.append;
+    if (fixes.empty() && !site.outputs.jsonl.empty()) {
+        fixes = resolved_path(site, site.outputs.jsonl);
+        append = true;  // a service that is started again goes on
+    }
     std::unique_ptr<FixFile> smoothed_file;
     if (!fixes.empty()) {
-        auto file = FixFile::open(fixes);
+        auto file = FixFile::open(fixes, append);
         if (!file) return give_up(file.error());
         if (options.smooth) {
             smoothed_file = std::move(*file);

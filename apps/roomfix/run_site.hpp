@@ -21,7 +21,8 @@ struct RecordOptions {
 };
 
 struct RunOptions {
-    std::string fixes;  // file, "-" for stdout, empty: as the site file says
+    std::string fixes;    // file, "-" for stdout, empty: as the site file says
+    bool append = false;  // to that file
     bool page = true;
     bool outputs = true;  // those of the site file: brokers, databases
     std::string host;     // of the page; empty: as the site file says

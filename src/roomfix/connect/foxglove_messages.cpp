@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "roomfix/connect/json_text.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -94,9 +96,7 @@ json entity(const std::string& id, Nanoseconds time, Nanoseconds lifetime) {
             {"texts", json::array()},          {"models", json::array()}};
 }
 
-std::string scene(json entities) {
-    return json{{"deletions", json::array()}, {"entities", std::move(entities)}}.dump(-1, ' ', false, json::error_handler_t::replace);
-}
+std::string scene(json entities) { return json_line(json{{"deletions", json::array()}, {"entities", std::move(entities)}}); }
 
 /// Where the robot is with 95 % probability.
 std::vector<Eigen::Vector2d> ellipse(const Fix& fix) {
@@ -180,17 +180,16 @@ FoxgloveChannel picture_channel(const std::string& topic) {
 }
 
 std::string pose_message(const Fix& fix) {
-    return json{{"timestamp", time_json(fix.time)}, {"frame_id", "map"}, {"pose", pose_json(fix.pose.x, fix.pose.y, 0, direction(fix))}}.dump();
+    return json_line(json{{"timestamp", time_json(fix.time)}, {"frame_id", "map"}, {"pose", pose_json(fix.pose.x, fix.pose.y, 0, direction(fix))}});
 }
 
 std::string transform_message(const Fix& fix) {
     const json pose = pose_json(fix.pose.x, fix.pose.y, 0, direction(fix));
-    return json{{"timestamp", time_json(fix.time)},
-                {"parent_frame_id", "map"},
-                {"child_frame_id", fix.robot},
-                {"translation", pose["position"]},
-                {"rotation", pose["orientation"]}}
-        .dump(-1, ' ', false, json::error_handler_t::replace);
+    return json_line(json{{"timestamp", time_json(fix.time)},
+                          {"parent_frame_id", "map"},
+                          {"child_frame_id", fix.robot},
+                          {"translation", pose["position"]},
+                          {"rotation", pose["orientation"]}});
 }
 
 std::string map_scene(const Site& site) {
@@ -213,7 +212,7 @@ std::string robots_scene(const Site& site, const std::vector<Fix>& fixes, Nanose
 }
 
 std::string picture_message(const std::string& camera, Nanoseconds time, const std::vector<std::uint8_t>& jpeg) {
-    return json{{"timestamp", time_json(time)}, {"frame_id", camera}, {"data", base64(jpeg)}, {"format", "jpeg"}}.dump();
+    return json_line(json{{"timestamp", time_json(time)}, {"frame_id", camera}, {"data", base64(jpeg)}, {"format", "jpeg"}});
 }
 
 }  // namespace roomfix

@@ -16,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+#include "roomfix/connect/json_text.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -60,7 +62,8 @@ struct Client {
     std::map<std::uint32_t, std::size_t> subscriptions;  // their channels
     std::deque<Frame> waiting;
     std::size_t waiting_bytes = 0;
-    std::string request;  // as much as has come of it
+    std::string request;    // as much as has come of it
+    bool hopeless = false;  // it asks and asks and takes nothing
 };
 
 struct Message {
@@ -151,8 +154,8 @@ void FoxgloveServer::Impl::greet(lws* socket) {
     Client& client = clients[socket];
     const json info = {{"op", "serverInfo"},         {"name", name},        {"capabilities", json::array()}, {"supportedEncodings", json::array()},
                        {"metadata", json::object()}, {"sessionId", session}};
-    queue(client, Frame(info.dump()));
-    queue(client, Frame(advertisement(channels, 0).dump()));
+    queue(client, Frame(json_line(info)));
+    queue(client, Frame(json_line(advertisement(channels, 0))));
     lws_callback_on_writable(socket);
 }
 
@@ -164,7 +167,7 @@ bool FoxgloveServer::Impl::receive(lws* socket, std::string_view bytes) {
     if (!lws_is_final_fragment(socket) || lws_remaining_packet_payload(socket) > 0) return true;
     take(client, std::exchange(client.request, ""));
     lws_callback_on_writable(socket);
-    return true;
+    return !client.hopeless;
 }
 
 /// The mutex is held, here and in all that follows but write().
@@ -198,7 +201,7 @@ void FoxgloveServer::Impl::subscribe(Client& client, const json& wish) {
 }
 
 void FoxgloveServer::Impl::complain(Client& client, const std::string& message) {
-    queue(client, Frame(json{{"op", "status"}, {"level", 2}, {"message", message}}.dump()));
+    queue(client, Frame(json_line(json{{"op", "status"}, {"level", 2}, {"message", message}})));
 }
 
 void FoxgloveServer::Impl::queue(Client& client, Frame frame) {
@@ -214,6 +217,7 @@ void FoxgloveServer::Impl::queue(Client& client, Frame frame) {
         oldest = client.waiting.erase(oldest);
         ++missed;
     }
+    client.hopeless |= client.waiting_bytes > most_waiting;
 }
 
 /// The next frame that waits; the library calls again when there is room for another.
@@ -284,7 +288,7 @@ std::size_t FoxgloveServer::add_channel(const FoxgloveChannel& channel) {
         const std::lock_guard lock(impl_->mutex);
         number = impl_->channels.size();
         impl_->channels.push_back(channel);
-        const std::string told = advertisement(impl_->channels, number).dump();
+        const std::string told = json_line(advertisement(impl_->channels, number));
         for (auto& [socket, client] : impl_->clients) impl_->queue(client, Frame(told));
     }
     lws_cancel_service(impl_->context);

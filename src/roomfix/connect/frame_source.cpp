@@ -162,7 +162,7 @@ Result<bool> FrameSource::next(SourceFrame& frame) {
 }
 
 Result<std::unique_ptr<FrameSource>> open_source(const std::string& source, const LiveSettings& settings) {
-    const std::atomic<bool> never{false};
+    static const std::atomic<bool> never{false};  // cameras look at it as long as they are there
     if (const auto opener = live_opener(source, settings)) return opener(never);
     std::error_code failure;
     const fs::path path(source);

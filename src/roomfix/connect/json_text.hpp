@@ -13,4 +13,10 @@ inline std::string json_text(const nlohmann::json& json, const char* key) {
     return found->is_string() ? found->get<std::string>() : found->dump();
 }
 
+/// One line of JSON. Bytes that are no UTF-8 are replaced: they come from other programs' messages, and must not cost more than themselves.
+template <class Json>
+std::string json_line(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 }  // namespace roomfix

@@ -49,6 +49,7 @@ struct MqttClient::Impl {
     Listener listener;
     std::unique_ptr<mosquitto, FreeClient> client;
 
+    std::mutex sending;        // held while retained states are changed and sent, so that the newest is sent last; taken before `mutex`
     mutable std::mutex mutex;  // guards what follows; never held while the library is called, which calls back
     mutable std::condition_variable changed;
     std::map<std::string, std::string> retained;
@@ -116,6 +117,7 @@ void MqttClient::Impl::send(const std::string& topic, const std::string& payload
 }
 
 void MqttClient::Impl::note_connected(int reason) {
+    const std::lock_guard ordered(sending);
     std::map<std::string, std::string> states;
     {
         const std::lock_guard lock(mutex);
@@ -233,11 +235,13 @@ void MqttClient::publish(const std::string& topic, const std::string& payload) {
 }
 
 void MqttClient::retain(const std::string& topic, const std::string& payload) {
+    const std::lock_guard ordered(impl_->sending);
     {
         const std::lock_guard lock(impl_->mutex);
         std::string& kept = impl_->retained[topic];
         if (kept == payload) return;
         kept = payload;
+        if (payload.empty()) impl_->retained.erase(topic);
         if (!impl_->state.connected) return;
     }
     impl_->send(topic, payload, at_least_once, true);

@@ -43,7 +43,8 @@ public:
 
     /// Sent at most once; lost while there is no connection.
     void publish(const std::string& topic, const std::string& payload);
-    /// A state that subscribers get whenever they come: kept here, too, and sent again with each new connection. Not sent if it is as before.
+    /// A state that subscribers get whenever they come: kept here, too, and sent again with each new connection. Not sent if it is as before; an empty one
+    /// takes it back.
     void retain(const std::string& topic, const std::string& payload);
     MqttState state() const;
     /// Waits until there is a connection, at most so long (s); false if there is none.

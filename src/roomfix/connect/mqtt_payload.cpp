@@ -5,14 +5,13 @@
 
 #include "roomfix/connect/fix_json.hpp"
 #include "roomfix/connect/iso_time.hpp"
+#include "roomfix/connect/json_text.hpp"
 #include "roomfix/version.hpp"
 
 namespace roomfix {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
@@ -43,11 +42,11 @@ std::string pose_payload(const Fix& fix) {
     json["status"] = name_of(fix.status);
     json["src"] = fix.sources;
     if (fix.identity < 0.9995) json["identity"] = std::round(fix.identity * 1e3) / 1e3;
-    return text(json);
+    return json_line<Json>(json);
 }
 
 std::string zone_payload(Nanoseconds time, const std::string& robot, bool entered) {
-    return text({{"t", iso_time(time)}, {"robot", robot}, {"event", entered ? "enter" : "leave"}});
+    return json_line<Json>({{"t", iso_time(time)}, {"robot", robot}, {"event", entered ? "enter" : "leave"}});
 }
 
 std::vector<std::pair<std::string, std::string>> home_assistant_discovery(const std::string& topics, const std::string& node, const std::string& robot) {
@@ -64,7 +63,7 @@ std::vector<std::pair<std::string, std::string>> home_assistant_discovery(const 
                     {"payload_reset", "None"},
                     {"source_type", "gps"}};
     tracker.update(common);
-    told.emplace_back("homeassistant/device_tracker/" + node + "/" + word + "/config", text(tracker));
+    told.emplace_back("homeassistant/device_tracker/" + node + "/" + word + "/config", json_line(tracker));
 
     struct Sensor {
         const char* name;
@@ -83,7 +82,7 @@ std::vector<std::pair<std::string, std::string>> home_assistant_discovery(const 
                      {"unit_of_measurement", sensor.unit},
                      {"state_class", "measurement"}};
         json.update(common);
-        told.emplace_back("homeassistant/sensor/" + node + "/" + word + "_" + sensor.name + "/config", text(json));
+        told.emplace_back("homeassistant/sensor/" + node + "/" + word + "_" + sensor.name + "/config", json_line(json));
     }
     return told;
 }

@@ -27,18 +27,27 @@ struct AddressParts {
 
 AddressParts parts_of(const std::string& address) {
     const std::size_t begin = address.find("://") + 3;
-    const std::string rest = address.substr(begin, address.find('?', begin) - begin);
-    const std::size_t at = rest.rfind('@');
-    if (at == std::string::npos) return {"", "postgresql://" + rest};
+    const std::string rest = address.substr(begin);
+    const std::size_t at = rest.rfind('@');  // a password may hold any character
+    const std::string place = at == std::string::npos ? rest : rest.substr(at + 1);
     const std::size_t colon = rest.find(':');
-    return {colon < at ? rest.substr(colon + 1, at - colon - 1) : "", "postgresql://" + rest.substr(at + 1)};
+    const bool has_password = at != std::string::npos && colon < at;
+    return {has_password ? rest.substr(colon + 1, at - colon - 1) : "", "postgresql://" + place.substr(0, place.find('?'))};
 }
 
 class PostgresqlDatabase final : public SqlDatabase {
 public:
     PostgresqlDatabase(const std::string& address, std::vector<std::string> setup) : parts_(parts_of(address)), setup_(std::move(setup)) {
         // A server that is gone without a word is noticed after some seconds.
-        address_ = with_setting(with_setting(address, "connect_timeout", "3"), "tcp_user_timeout", "5000");
+        address_ = address;
+        for (const auto& [name, value] : {std::pair{"connect_timeout", "3"},
+                                          {"tcp_user_timeout", "5000"},
+                                          {"keepalives_idle", "5"},
+                                          {"keepalives_interval", "2"},
+                                          {"keepalives_count", "2"},
+                                          {"client_encoding", "UTF8"}}) {
+            address_ = with_setting(address_, name, value);
+        }
     }
 
     Result<void> run(const std::vector<std::string>& statements) override {

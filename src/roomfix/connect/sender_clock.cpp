@@ -8,6 +8,7 @@ namespace roomfix {
 namespace {
 
 constexpr double earliest = -0.002;  // s: a reading that comes sooner than this after it was taken shows that the clocks differ
+constexpr double farthest = 4e9;     // s: more cannot be told in nanoseconds beside the time of our clock
 constexpr double latest = 0.05;      // s: within a building, nothing that is sent at once takes longer at its fastest
 
 }  // namespace
@@ -15,7 +16,9 @@ constexpr double latest = 0.05;      // s: within a building, nothing that is se
 bool SenderClock::agrees() const { return least_ >= earliest && least_ <= latest; }
 
 Nanoseconds SenderClock::ours(Nanoseconds stamp, Nanoseconds arrival, double steady) {
-    offset_.add(steady, to_seconds(arrival - stamp));
+    const double offset = to_seconds(arrival) - to_seconds(stamp);
+    if (std::abs(offset) > farthest) return arrival;
+    offset_.add(steady, offset);
     least_ = offset_.at(steady);
     return agrees() ? stamp : stamp + from_seconds(least_);
 }

@@ -10,6 +10,7 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t longest_line = 4096;
+constexpr std::size_t most_problems = 20;  // that are told of one message
 
 /// Robots that have a source for one of their senses: the only one, or -1.
 class OnlyOne {
@@ -93,6 +94,9 @@ Readings SenseLines::read(std::string_view lines, Nanoseconds arrival, double st
             readings.ranges.problems.push_back(fmt::format("a line of {} bytes is too long to be a reading", line.size()));
         } else {
             read_line(line, arrival, readings);
+        }
+        for (std::vector<std::string>* problems : {&readings.ranges.problems, &readings.odometry.problems, &readings.sightings.problems}) {
+            if (problems->size() > most_problems) problems->resize(most_problems);
         }
     }
     set_times(readings.ranges.ranges, clocks_, arrival, steady);

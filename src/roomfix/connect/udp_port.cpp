@@ -20,7 +20,7 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
-constexpr int most_at_once = 1000;  // datagrams, so that a flood does not keep the reader from telling what came
+constexpr std::size_t most_at_once = 1 << 20;  // bytes, so that a flood does not keep the reader from telling what came
 
 struct Address {
     std::string host, port;
@@ -81,7 +81,7 @@ bool UdpPort::read(double seconds, std::string& lines) {
     if (ready == 0 || (ready < 0 && errno == EINTR)) return true;
     if (ready < 0) return false;
     std::array<char, largest_datagram> buffer;
-    for (int i = 0; i < most_at_once; ++i) {
+    while (lines.size() < most_at_once) {
         const ssize_t count = ::recv(socket_, buffer.data(), buffer.size(), 0);
         if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
         lines.append(buffer.data(), static_cast<std::size_t>(count));

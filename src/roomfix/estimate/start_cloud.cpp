@@ -93,7 +93,9 @@ void StartCloud::look(int robot, const Heard& heard, const TrackingModels& model
     const auto* sighting = std::get_if<SightingObservation>(&heard);
     sees_ |= sighting != nullptr && sighting->bearing.has_value();
     const bool drives = !models.driven[static_cast<std::size_t>(robot)].empty();
-    shows_front_ = sees_ || drives || models.receivers[static_cast<std::size_t>(robot)].size() > 1;
+    const bool several = models.receivers[static_cast<std::size_t>(robot)].size() > 1;
+    shows_front_ = sees_ || drives || several;
+    front_by_way_ = drives && !sees_ && !several;
 }
 
 void StartCloud::guess_errors() {
@@ -261,6 +263,13 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
     if (sum * sum / squares < 0.5 * static_cast<double>(guesses_.size())) draw_again();
 }
 
+/// How far the fronts of guesses are drawn apart, rad. Where only the way tells the front, a short way tells little of it: few guesses survive the first
+/// ranges, and their fronts must not be taken for all that are possible.
+double StartCloud::turned_apart(double error) const {
+    constexpr double least = 0.03, most = 1.5;
+    return front_by_way_ ? std::clamp(0.3 * error / std::max(way_, 1e-3), least, most) : least;
+}
+
 /// Guesses by their weights, each then a little apart from its like.
 void StartCloud::draw_again() {
     double sum = 0;
@@ -276,10 +285,11 @@ void StartCloud::draw_again() {
     }
     while (drawn.size() < count) drawn.push_back(drawn.back());
     for (Guess& guess : drawn) {
-        const double apart = 0.2 * std::exp(guess.log_error);
+        const double error = std::exp(guess.log_error);
+        const double apart = 0.2 * error;
         guess.x += apart * random_.normal();
         guess.y += apart * random_.normal();
-        guess.yaw += 0.03 * random_.normal();
+        guess.yaw += turned_apart(error) * random_.normal();
         guess.log_error += 0.05 * random_.normal();
         if (!wheels_.learned) {
             guess.scale += 0.05 * scale_error * random_.normal();

@@ -72,6 +72,7 @@ private:
     bool tells_something(const Heard& heard);
     void weigh(const Heard& heard, const TrackingModels& models);
     void draw_again();
+    double turned_apart(double error) const;
 
     WheelErrors wheels_;
     std::optional<bool> depth_;
@@ -81,6 +82,7 @@ private:
     double way_ = 0, turning_ = 0;  // m, rad: driven since it began
     double distance_ = 1;           // m, to what was heard, smoothed
     bool shows_front_ = false;      // what was heard depends on where the front is
+    bool front_by_way_ = false;     // but only by the way that was driven
     bool sees_ = false;             // there are bearings
     int used_ = 0;
     Random random_{1};

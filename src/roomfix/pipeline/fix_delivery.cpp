@@ -24,7 +24,18 @@ std::vector<std::string> single_sources(const std::vector<std::string>& sources)
 
 }  // namespace
 
+void FixDelivery::measure_latency(const Pace& pace) {
+    const std::lock_guard lock(pace_mutex_);
+    pace_ = pace;
+}
+
+bool FixDelivery::measures_latency() const {
+    const std::lock_guard lock(pace_mutex_);
+    return pace_.has_value();
+}
+
 std::optional<double> FixDelivery::latency(Nanoseconds time) const {
+    const std::lock_guard lock(pace_mutex_);
     if (!pace_) return std::nullopt;
     return wall_clock() - pace_->wall_of(time);
 }

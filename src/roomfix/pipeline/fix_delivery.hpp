@@ -22,8 +22,8 @@ public:
 
     void add_listener(std::function<void(const FixBatch&)> listener) { listeners_.push_back(std::move(listener)); }
     /// From now on fixes state how late they are.
-    void measure_latency(const Pace& pace) { pace_ = pace; }
-    bool measures_latency() const { return pace_.has_value(); }
+    void measure_latency(const Pace& pace);
+    bool measures_latency() const;
     /// Seconds of the clock from a time stamp to now.
     std::optional<double> latency(Nanoseconds time) const;
 
@@ -42,6 +42,7 @@ public:
 private:
     StageTimes& times_;
     std::vector<std::function<void(const FixBatch&)>> listeners_;
+    mutable std::mutex pace_mutex_;  // guards:
     std::optional<Pace> pace_;
     std::mutex delivering_;     // held while listeners are called
     mutable std::mutex mutex_;  // guards:

@@ -8,10 +8,10 @@
 
 namespace roomfix {
 
-Result<std::unique_ptr<FixFile>> FixFile::open(const std::string& file) {
+Result<std::unique_ptr<FixFile>> FixFile::open(const std::string& file, bool append) {
     std::unique_ptr<FixFile> opened(new FixFile(file));
     if (file == "-") return opened;
-    opened->file_.open(file, std::ios::binary);
+    opened->file_.open(file, append ? std::ios::binary | std::ios::app : std::ios::binary);
     if (!opened->file_) return Error{fmt::format("{}: cannot be written: check that the folder exists", file)};
     return opened;
 }

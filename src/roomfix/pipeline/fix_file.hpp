@@ -12,8 +12,8 @@ namespace roomfix {
 
 class FixFile final : public FixSink {
 public:
-    /// "-" is stdout. An error if the file cannot be written.
-    static Result<std::unique_ptr<FixFile>> open(const std::string& file);
+    /// "-" is stdout. `append`: what is in the file stays. An error if it cannot be written.
+    static Result<std::unique_ptr<FixFile>> open(const std::string& file, bool append = false);
     std::string name() const override { return name_ == "-" ? "stdout" : name_; }
     /// Writes them out at once.
     Result<void> give(const FixBatch& batch) override;

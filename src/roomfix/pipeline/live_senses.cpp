@@ -13,7 +13,8 @@
 namespace roomfix {
 namespace {
 
-constexpr double wait_for_bytes = 0.2;  // s
+constexpr double wait_for_bytes = 0.2;            // s
+constexpr std::size_t longest_message = 1 << 20;  // bytes
 constexpr std::string_view topic_scheme = "mqtt:";
 
 bool is_line(const std::string& source) { return source.starts_with("/dev/"); }
@@ -114,6 +115,7 @@ void LiveSenses::listen_to_line(const std::string& device, int robot, int receiv
             bytes.clear();
             take(device, readings, "");
         }
+        wait_a_moment();
     }
 }
 
@@ -133,6 +135,7 @@ void LiveSenses::listen_to_port(const std::string& address) {
             if (!text.empty()) take(address, lines, text);
             text.clear();
         }
+        wait_a_moment();
     }
 }
 
@@ -144,7 +147,7 @@ void LiveSenses::listen_to_topic(const std::string& source) {
     }
     SenseLines lines(tracker_.site(), source);
     const auto connection = mqtt_connection(tracker_.site(), *tracker_.site().outputs.mqtt);
-    const auto listener = [&](const std::string&, std::string_view payload) { take(source, lines, payload); };
+    const auto listener = [&](const std::string&, std::string_view payload) { take(source, lines, payload.substr(0, longest_message)); };
     auto client =
         connection ? MqttClient::start(*connection, {source.substr(topic_scheme.size())}, listener) : Result<std::unique_ptr<MqttClient>>(connection.error());
     if (!client) {

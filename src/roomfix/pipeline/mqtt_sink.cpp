@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "roomfix/connect/mqtt_payload.hpp"
 #include "roomfix/connect/secret.hpp"
 
@@ -36,7 +38,9 @@ Result<std::unique_ptr<MqttSink>> MqttSink::open(const Site& site, const MqttOut
     constexpr double patience = 2;  // s: the first fixes of a recording should not be lost
     (void)sink->client_->wait_until_connected(patience);
     for (const SiteRobot& robot : site.robots) {
-        if (!robot.many) sink->introduce(robot.id);
+        if (robot.many) continue;
+        sink->lasting_.insert(robot.id);
+        sink->introduce(robot.id);
     }
     return sink;
 }
@@ -47,7 +51,7 @@ std::string MqttSink::name() const { return fmt::format("MQTT at {}:{}", output_
 void MqttSink::introduce(const std::string& robot) {
     last_.emplace(robot, 0);
     client_->retain(topics_ + "/" + topic_word(robot) + "/status", "offline");
-    if (!output_.home_assistant) return;
+    if (!output_.home_assistant || !lasting_.contains(robot)) return;
     for (const auto& [topic, configuration] : home_assistant_discovery(topics_, node_, robot)) client_->retain(topic, configuration);
 }
 
@@ -63,22 +67,28 @@ void MqttSink::tell(const Fix& fix) {
     if (!last_.contains(fix.robot)) introduce(fix.robot);
     client_->retain(base + "/status", fix.status == FixStatus::none ? "offline" : "online");
     if (fix.status == FixStatus::none) return;
-    for (const ZoneEvent& event : zones_.update(fix)) {
-        client_->publish(topics_ + "/zones/" + event.zone, zone_payload(event.time, event.robot, event.entered));
-    }
+    for (const ZoneEvent& event : zones_.update(fix)) tell(event);
     const std::vector<std::string> within = zones_.zones_of(fix.robot);
     client_->retain(base + "/zone", within.empty() ? "None" : within.front());
     if (is_due(fix.time, last_[fix.robot])) client_->publish(base + "/pose", pose_payload(fix));
 }
 
-/// Unknown things get ever new names: those that were not seen for long are forgotten.
-void MqttSink::forget_old(Nanoseconds now) {
+/// Unknown things, and robots of which there are many, get ever new names: those that are gone are forgotten.
+void MqttSink::forget_gone(const FixBatch& batch) {
     constexpr Nanoseconds long_ago = from_seconds(10);
-    std::erase_if(last_unknown_, [&](const auto& seen) { return now - seen.second > long_ago; });
+    std::erase_if(last_unknown_, [&](const auto& seen) { return batch.time - seen.second > long_ago; });
+    std::erase_if(last_, [&](const auto& robot) {
+        const auto is_it = [&](const Fix& fix) { return fix.robot == robot.first; };
+        if (lasting_.contains(robot.first) || std::any_of(batch.all.begin(), batch.all.end(), is_it)) return false;
+        for (const ZoneEvent& event : zones_.forget(robot.first, batch.time)) tell(event);
+        for (const char* topic : {"/status", "/zone"}) client_->retain(topics_ + "/" + topic_word(robot.first) + topic, "");
+        return true;
+    });
 }
 
+void MqttSink::tell(const ZoneEvent& event) { client_->publish(topics_ + "/zones/" + event.zone, zone_payload(event.time, event.robot, event.entered)); }
+
 Result<void> MqttSink::give(const FixBatch& batch) {
-    forget_old(batch.time);
     for (const Fix& fix : batch.given) {
         if (fix.robot.empty()) continue;
         if (!fix.unknown) {
@@ -87,14 +97,16 @@ Result<void> MqttSink::give(const FixBatch& batch) {
             client_->publish(topics_ + "/unknown/" + topic_word(fix.robot) + "/pose", pose_payload(fix));
         }
     }
+    forget_gone(batch);
     return {};
 }
 
 Result<void> MqttSink::finish() {
     const MqttState state = client_->state();
     client_->disconnect();
-    if (state.connected) return {};
-    return Error{fmt::format("{}: {} messages were not sent: {}", name(), state.lost, state.problem)};
+    if (state.lost == 0) return {};
+    return Error{
+        fmt::format("{}: {} messages were not sent{}", name(), state.lost, state.connected ? ", while there was no connection" : ": " + state.problem)};
 }
 
 SinkState MqttSink::state() const {

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "roomfix/connect/mqtt_client.hpp"
@@ -29,12 +30,14 @@ private:
     void introduce(const std::string& robot);
     void tell(const Fix& fix);
     bool is_due(Nanoseconds time, Nanoseconds& last) const;
-    void forget_old(Nanoseconds now);
+    void forget_gone(const FixBatch& batch);
+    void tell(const ZoneEvent& event);
 
     MqttOutput output_;
     std::string topics_;  // PREFIX/SITE
     std::string node_;
     ZoneWatch zones_;
+    std::set<std::string> lasting_;                    // robots that the site file names
     std::map<std::string, Nanoseconds> last_;          // pose of each robot
     std::map<std::string, Nanoseconds> last_unknown_;  // of what is no robot
     std::unique_ptr<MqttClient> client_;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "roomfix/connect/fix_json.hpp"
+#include "roomfix/connect/json_text.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/error_map.hpp"
@@ -171,7 +172,7 @@ std::string PageSink::site_json() const {
         const auto along = [&](double angle) { return point(at + arm * Eigen::Vector2d(std::cos(angle), std::sin(angle))); };
         site["corners"].push_back({{"id", corner.id}, {"points", {along(corner.yaw), point(at), along(corner.yaw + corner.wall_angle)}}});
     }
-    return site.dump();
+    return json_line(site);
 }
 
 /// The circle on the floor plan that a range draws around its beacon.
@@ -227,7 +228,7 @@ std::string PageSink::state_json(const FixBatch& batch) const {
         if (stage.count == 0) continue;
         state["stages"][name_of(static_cast<Stage>(s))] = {rounded(1e3 * stage.median, 0.01), rounded(1e3 * stage.p95, 0.01), rounded(1e3 * stage.p99, 0.01)};
     }
-    return state.dump();
+    return json_line(state);
 }
 
 std::vector<std::uint8_t> PageSink::picture_of(const std::string& camera) const {

@@ -46,6 +46,7 @@ void SinkQueue::work() {
 
 /// The mutex is held.
 void SinkQueue::keep_error(const Result<void>& result) {
+    trouble_ = result ? "" : result.error().message;
     if (!result && !error_) error_ = result.error();
 }
 
@@ -57,11 +58,14 @@ Result<void> SinkQueue::finish() {
     changed_.notify_all();
     if (thread_.joinable()) {
         thread_.join();
-        keep_error(sink_->finish());
+        const Result<void> finished = sink_->finish();
+        const std::lock_guard lock(mutex_);
+        keep_error(finished);
         if (overflow_ == Overflow::drop_oldest && dropped_ > 0) {
             keep_error(Error{fmt::format("{} could not keep up: {} moments are missing in it", sink_->name(), dropped_)});
         }
     }
+    const std::lock_guard lock(mutex_);
     if (error_) return *error_;
     return {};
 }
@@ -76,9 +80,9 @@ SinkState SinkQueue::state() const {
     state.name = sink_->name();
     const std::lock_guard lock(mutex_);
     if (overflow_ == Overflow::drop_oldest) state.lost += dropped_;
-    if (state.status == "ok" && error_) {
+    if (state.status == "ok" && !trouble_.empty()) {
         state.status = "failed";
-        state.message = error_->message;
+        state.message = trouble_;
     }
     return state;
 }

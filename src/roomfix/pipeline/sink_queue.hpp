@@ -42,6 +42,7 @@ private:
     std::condition_variable changed_;
     std::deque<std::shared_ptr<const FixBatch>> waiting_;
     std::optional<Error> error_;  // the first
+    std::string trouble_;         // with the last batch; empty: none
     long dropped_ = 0;
     bool ending_ = false;
     std::thread thread_;

@@ -42,6 +42,7 @@ void SiteWatch::watch(const std::atomic<bool>& stop, const std::function<void(co
         seen = content;
         if (!settled || content == used || content == refusal || content.empty()) continue;
         if (auto site = load_site(file_)) {
+            site_ = std::move(*site);
             changed_ = true;
             ends_ = true;
         } else {

@@ -7,6 +7,8 @@
 #include <string>
 #include <thread>
 
+#include "roomfix/site/site.hpp"
+
 namespace roomfix {
 
 /// Looks at the file twice a second, in a thread of its own.
@@ -22,11 +24,14 @@ public:
     const std::atomic<bool>& ends() const { return ends_; }
     /// Is there a new file?
     bool changed() const { return changed_; }
+    /// What is in it, once `changed`.
+    const Site& site() const { return site_; }
 
 private:
     void watch(const std::atomic<bool>& stop, const std::function<void(const std::string&)>& refused);
 
     std::filesystem::path file_;
+    Site site_;  // set before `changed_`
     std::atomic<bool> leaving_{false}, changed_{false}, ends_{false};
     std::thread thread_;
 };

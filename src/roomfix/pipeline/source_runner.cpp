@@ -29,7 +29,19 @@ SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(
     tracker_.before_frames([this](Nanoseconds time) { process_senses_until(time); });
 }
 
-SourceRunner::~SourceRunner() = default;
+/// The page, which is the last sink, may ask for the state of the others as long as it is there.
+SourceRunner::~SourceRunner() {
+    while (true) {
+        std::unique_ptr<SinkQueue> last;
+        {
+            const std::lock_guard lock(states_mutex_);
+            if (sinks_.empty()) return;
+            last = std::move(sinks_.back());
+            sinks_.pop_back();
+        }
+        last.reset();  // not while its own threads may want that lock
+    }
+}
 
 void SourceRunner::add_sink(std::unique_ptr<FixSink> sink, Overflow overflow, std::size_t capacity) {
     const std::lock_guard lock(states_mutex_);

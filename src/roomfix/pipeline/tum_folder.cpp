@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "roomfix/base/number.hpp"
 #include "roomfix/observation/tum_line.hpp"
 
@@ -18,8 +20,8 @@ Result<std::unique_ptr<TumFolder>> TumFolder::open(const std::string& folder) {
 TumFolder::Files& TumFolder::files_of(const std::string& robot) {
     const auto [found, is_new] = files_.try_emplace(robot);
     if (is_new) {
-        found->second.way.open(folder_ / (robot + ".tum"), std::ios::binary);
-        found->second.covariances.open(folder_ / (robot + ".cov"), std::ios::binary);
+        found->second.way.open(folder_ / (robot + ".tum"), std::ios::binary | std::ios::app);
+        found->second.covariances.open(folder_ / (robot + ".cov"), std::ios::binary | std::ios::app);
     }
     return found->second;
 }
@@ -40,6 +42,9 @@ Result<void> TumFolder::give(const FixBatch& batch) {
         files.way.clear();
         files.covariances.clear();
     }
+    // Of many robots that are alike each new one gets a new name.
+    std::erase_if(
+        files_, [&](const auto& robot) { return std::none_of(batch.all.begin(), batch.all.end(), [&](const Fix& fix) { return fix.robot == robot.first; }); });
     if (written) return {};
     return Error{fmt::format("{}: poses could not be written and are lost: is the disk full?", name())};
 }

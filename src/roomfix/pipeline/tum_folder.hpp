@@ -15,7 +15,7 @@ namespace roomfix {
 /// triangle row by row over x, y, yaw (s, m, rad).
 class TumFolder final : public FixSink {
 public:
-    /// Makes the folder. An error if that cannot be.
+    /// Makes the folder; what is in its files stays. An error if that cannot be.
     static Result<std::unique_ptr<TumFolder>> open(const std::string& folder);
     std::string name() const override { return folder_.string(); }
     Result<void> give(const FixBatch& batch) override;

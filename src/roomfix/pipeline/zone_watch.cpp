@@ -59,6 +59,13 @@ std::vector<ZoneEvent> ZoneWatch::update(const Fix& fix) {
     return events;
 }
 
+std::vector<ZoneEvent> ZoneWatch::forget(const std::string& robot, Nanoseconds time) {
+    std::vector<ZoneEvent> events;
+    for (const std::string& zone : zones_of(robot)) events.push_back({time, zone, robot, false});
+    within_.erase(robot);
+    return events;
+}
+
 std::vector<std::string> ZoneWatch::zones_of(const std::string& robot) const {
     std::vector<std::string> names;
     const auto found = within_.find(robot);

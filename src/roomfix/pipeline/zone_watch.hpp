@@ -33,6 +33,8 @@ public:
 
     /// What a fix changes. A fix without a place changes nothing.
     std::vector<ZoneEvent> update(const Fix& fix);
+    /// A robot that is gone for good leaves all zones.
+    std::vector<ZoneEvent> forget(const std::string& robot, Nanoseconds time);
     /// In the order of the site file.
     std::vector<std::string> zones_of(const std::string& robot) const;
 
