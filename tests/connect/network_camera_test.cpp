@@ -203,7 +203,9 @@ TEST(NetworkCamera, WhoWaitsForACameraIsInterrupted) {
 
 TEST(NetworkCamera, AddressesAreShownWithoutPasswords) {
     EXPECT_EQ(shown_address("rtsp://user:p@ss@camera:554/a@b"), "rtsp://camera:554/a@b");
-    EXPECT_EQ(shown_address("http://camera/x?y=a@b"), "http://camera/x?y=a@b");
+    EXPECT_EQ(shown_address("http://camera/x?user=a&pwd=b@c"), "http://camera/x");
+    EXPECT_EQ(shown_address("rtsp://user:pa/ss#w@camera/stream"), "rtsp://camera/stream");
+    EXPECT_EQ(shown_address("rtsp://camera:554/a@b"), "rtsp://camera:554/a@b");
     EXPECT_EQ(shown_address("/dev/video0"), "/dev/video0");
     const auto refused = open_source(fmt::format("http://user:secret@127.0.0.1:{}/", free_port()));
     ASSERT_FALSE(refused);

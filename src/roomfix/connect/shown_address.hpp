@@ -5,7 +5,7 @@
 
 namespace roomfix {
 
-/// An address without user and password; everything else as it is.
+/// An address without what may be secret: user, password, and what stands behind a question mark.
 std::string shown_address(const std::string& address);
 
 }  // namespace roomfix
