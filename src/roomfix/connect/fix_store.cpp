@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -137,7 +138,18 @@ Result<std::vector<Fix>> FixStore::find(const FixQuery& query) {
 }
 
 Result<void> FixStore::remove_before(Nanoseconds time) {
-    return database_->run({fmt::format("DELETE FROM roomfix_fixes WHERE site = {} AND time < {}", site_, time)});
+    // An hour of fixes after the other: a server ends statements that take long, and after a pause there may be days of them.
+    constexpr Nanoseconds slice = from_seconds(3600);
+    constexpr int most_slices = 24;  // the rest comes next time
+    for (int i = 0; i < most_slices; ++i) {
+        const auto oldest = database_->rows("SELECT MIN(time) FROM roomfix_fixes WHERE site = " + site_);
+        if (!oldest) return oldest.error();
+        const auto begin = oldest->empty() || !oldest->front().front() ? std::nullopt : parse_integer(*oldest->front().front());
+        if (!begin || *begin >= time) return {};
+        const auto removed = database_->run({fmt::format("DELETE FROM roomfix_fixes WHERE site = {} AND time < {}", site_, std::min(time, *begin + slice))});
+        if (!removed) return removed;
+    }
+    return {};
 }
 
 }  // namespace roomfix

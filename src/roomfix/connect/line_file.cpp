@@ -97,6 +97,8 @@ void LineFile::add(std::string_view line) {
     waiting_ += line;
 }
 
+long LineFile::waiting_lines() const { return static_cast<long>(std::count(waiting_.begin(), waiting_.end(), '\n')); }
+
 Result<void> LineFile::flush() {
     if (waiting_.empty()) return {};
     const int problem = write_all(descriptor_, waiting_.data(), waiting_.size());

@@ -32,6 +32,8 @@ public:
     bool waits() const { return !waiting_.empty(); }
     std::int64_t bytes() const { return bytes_; }
     long lost_lines() const { return lost_lines_; }
+    /// That wait to be written.
+    long waiting_lines() const;
 
 private:
     LineFile(std::filesystem::path file, int descriptor, std::int64_t bytes) : path_(std::move(file)), descriptor_(descriptor), bytes_(bytes) {}

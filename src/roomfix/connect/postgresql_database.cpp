@@ -5,7 +5,13 @@
 #include "roomfix/connect/sql_database.hpp"
 
 #ifdef ROOMFIX_WITH_POSTGRESQL
+#include <sys/socket.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <pqxx/pqxx>
+#include <thread>
 #endif
 
 namespace roomfix {
@@ -16,7 +22,9 @@ namespace {
 /// An address with a setting added, unless it says something of it already.
 std::string with_setting(const std::string& address, const std::string& name, const std::string& value) {
     if (address.find(name + "=") != std::string::npos) return address;
-    return fmt::format("{}{}{}={}", address, address.find('?') == std::string::npos ? '?' : '&', name, value);
+    const std::size_t at = address.rfind('@');  // a password may hold a question mark
+    const bool has_settings = address.find('?', at == std::string::npos ? 0 : at) != std::string::npos;
+    return fmt::format("{}{}{}={}", address, has_settings ? '&' : '?', name, value);
 }
 
 /// An address in its parts, as far as messages need them.
@@ -34,6 +42,34 @@ AddressParts parts_of(const std::string& address) {
     const bool has_password = at != std::string::npos && colon < at;
     return {has_password ? rest.substr(colon + 1, at - colon - 1) : "", "postgresql://" + place.substr(0, place.find('?'))};
 }
+
+/// Ends a connection whose server takes a question and never answers: no setting of PostgreSQL's notices that.
+class Deadline {
+public:
+    explicit Deadline(int socket) : thread_([this, socket] { watch(socket); }) {}
+    ~Deadline() {
+        {
+            const std::lock_guard lock(mutex_);
+            kept_ = true;
+        }
+        changed_.notify_all();
+        thread_.join();
+    }
+    Deadline(const Deadline&) = delete;
+    Deadline& operator=(const Deadline&) = delete;
+
+private:
+    void watch(int socket) {
+        constexpr std::chrono::seconds longest(15);
+        std::unique_lock lock(mutex_);
+        if (!changed_.wait_for(lock, longest, [this] { return kept_; })) ::shutdown(socket, SHUT_RDWR);
+    }
+
+    std::mutex mutex_;  // guards:
+    bool kept_ = false;
+    std::condition_variable changed_;
+    std::thread thread_;
+};
 
 class PostgresqlDatabase final : public SqlDatabase {
 public:
@@ -74,6 +110,7 @@ private:
     Result<T> attempt(const Work& work) {
         try {
             if (!connection_) connect();
+            const Deadline deadline(connection_->sock());
             pqxx::work transaction(*connection_);
             return work(transaction);
         } catch (const std::exception& problem) {
@@ -85,6 +122,7 @@ private:
 
     void connect() {
         auto connection = std::make_unique<pqxx::connection>(address_);
+        const Deadline deadline(connection->sock());
         pqxx::work work(*connection);
         work.exec("SET client_min_messages = warning");  // that a table exists already is no news
         for (const std::string& statement : setup_) work.exec(statement);

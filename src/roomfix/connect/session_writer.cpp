@@ -118,6 +118,12 @@ std::int64_t SessionWriter::bytes() const {
     return sum;
 }
 
+long SessionWriter::waiting_lines() const {
+    long sum = 0;
+    for (const LineFile& file : lines_) sum += file.waiting_lines();
+    return sum;
+}
+
 long SessionWriter::lost_lines() const {
     long sum = 0;
     for (const LineFile& file : lines_) sum += file.lost_lines();

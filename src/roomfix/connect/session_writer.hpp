@@ -55,6 +55,8 @@ public:
     std::int64_t bytes() const;
     /// That did not fit into memory while the disk took nothing.
     long lost_lines() const;
+    /// That are not written yet; after finish(): that could not be.
+    long waiting_lines() const;
     const std::filesystem::path& folder() const { return folder_; }
 
 private:

@@ -110,8 +110,9 @@ Result<void> Ros2Sink::give(const FixBatch& batch) {
 
 Result<void> Ros2Sink::give_pose(const Fix& fix) {
     const std::string topic = "/" + names_.of(fix.robot) + "/pose";
-    if (!tracker_.site().robot(fix.robot) && passing_.insert(fix.robot).second) {
+    if (!tracker_.site().robot(fix.robot) && !passing_.contains(fix.robot)) {
         if (auto offered = publisher_->offer(topic, RosType::pose_with_covariance_stamped); !offered) return offered;
+        passing_.insert(fix.robot);
     }
     return publisher_->publish(topic, ros::encode(ros::pose_message(fix)));
 }

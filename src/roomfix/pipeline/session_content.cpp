@@ -8,6 +8,7 @@
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/site/edit_site.hpp"
 #include "roomfix/site/load_site.hpp"
+#include "roomfix/site/outputs_text.hpp"
 #include "roomfix/site/site_text.hpp"
 
 namespace roomfix {
@@ -115,8 +116,8 @@ bool says(const std::string& text, const Site& site) {
         return a.id == b.id && a.model == b.model && a.learned_body == b.learned_body && senses_text(a) == senses_text(b);
     };
     return std::equal(read.site.cameras.begin(), read.site.cameras.end(), site.cameras.begin(), site.cameras.end(), same_camera) &&
-           std::equal(read.site.robots.begin(), read.site.robots.end(), site.robots.begin(), site.robots.end(), same_robot) && !read.site.outputs.history &&
-           !read.site.outputs.mqtt && !read.site.outputs.ros2;
+           std::equal(read.site.robots.begin(), read.site.robots.end(), site.robots.begin(), site.robots.end(), same_robot) &&
+           outputs_text(read.site.outputs).empty();
 }
 
 }  // namespace

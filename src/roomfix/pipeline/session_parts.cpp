@@ -39,7 +39,7 @@ Result<void> SessionParts::begin(double now) {
 Result<void> SessionParts::end_part(double now) {
     auto finished = writer_->finish();
     ended_.push_back({writer_->folder(), writer_->bytes(), now});
-    lost_lines_ += writer_->lost_lines();
+    lost_lines_ += writer_->lost_lines() + writer_->waiting_lines();
     writer_.reset();
     return finished;
 }

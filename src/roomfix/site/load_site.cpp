@@ -88,6 +88,17 @@ void check_references(YamlReader& reader, const YAML::Node& root, const Site& si
     }
 }
 
+/// Readings by MQTT need a broker.
+void check_topics(YamlReader& reader, const YAML::Node& root, const Site& site) {
+    if (site.outputs.mqtt) return;
+    for (const SiteRobot& robot : site.robots) {
+        const auto by_topic = [](const std::string& source) { return source.starts_with("mqtt:"); };
+        const bool some = std::any_of(robot.receivers.begin(), robot.receivers.end(), [&](const Receiver& r) { return by_topic(r.source); });
+        if (!some && !(robot.odometry && by_topic(robot.odometry->source)) && !(robot.detector && by_topic(robot.detector->source))) continue;
+        reader.error(root["robots"][robot.id], fmt::format("robots.{} has a source 'mqtt:...', but outputs.mqtt does not say where the broker is", robot.id));
+    }
+}
+
 std::optional<YAML::Node> parse_yaml(std::string_view text, std::vector<Problem>& problems) {
     try {
         return YAML::Load(std::string(text));
@@ -115,6 +126,7 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
     read_installed(reader, root, site);
     for (const auto& [id, node] : reader.named(root["zones"], "zones")) site.zones.push_back(read_zone(reader, id, node));
     site.outputs = read_outputs(reader, root["outputs"]);
+    check_topics(reader, root, site);
     if (root["cameras"].IsDefined() && root["cameras"].IsMap()) check_references(reader, root, site);
 }
 
