@@ -73,11 +73,59 @@ static Result<void> finish_recording(const std::string& folder, SessionRecorder*
     return finished;
 }
 
+/// The file of fixes, as the options or the site file name it; null: none is.
+static Result<std::unique_ptr<FixFile>> open_fix_file(const Site& site, const RunOptions& options) {
+    if (!options.fixes.empty()) return FixFile::open(options.fixes, options.append);
+    constexpr bool append = true;  // a service that is started again goes on
+    if (!site.outputs.jsonl.empty()) return FixFile::open(resolved_path(site, site.outputs.jsonl), append);
+    return std::unique_ptr<FixFile>();
+}
+
+/// Says where fixes go.
+static Result<void> open_outputs(SourceRunner& runner, SiteTracker& tracker, Overflow overflow) {
+    if (auto added = add_site_sinks(runner, tracker, overflow, say); !added) return added;
+    for (const SinkState& sink : runner.sink_states()) {
+        say(sink.message.empty() ? "fixes go to: " + sink.name : fmt::format("{}: {}; it is tried again", sink.name, sink.message));
+    }
+    return {};
+}
+
+/// Last of all sinks: it asks how the others fare.
+static Result<void> open_page(SourceRunner& runner, SiteTracker& tracker, const RunOptions& options) {
+    const Outputs& outputs = tracker.site().outputs;
+    WebOutput web = outputs.web.value_or(WebOutput{});
+    if (!options.host.empty()) web.host = options.host;
+    if (options.port >= 0) web.port = options.port;
+    web.insecure = web.insecure || options.insecure;
+    auto page = PageSink::serve(tracker, web, &runner);
+    if (!page) return page.error();
+    if (options.outputs && outputs.history) {
+        auto answerer = history_answerer(tracker.site());
+        if (!answerer) return answerer.error();
+        (*page)->show_history(std::move(*answerer));
+    }
+    say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
+    runner.add_sink(std::move(*page), Overflow::newest_only);
+    return {};
+}
+
+/// The best way after the fact, said where it is not.
+static std::vector<Fix> smoothed(const SiteTracker& tracker, const std::vector<Fix>& fixes, const SmootherSettings& settings) {
+    Smoothed best = smooth(tracker.tracker(), fixes, settings, progress_bar("smoothing"));
+    for (const Unsettled& part : best.unsettled) {
+        say(fmt::format("{}: smoothing did not settle between {:.1f} s and {:.1f} s: the fixes of that time are the tracker's", part.robot,
+                        to_seconds(part.from), to_seconds(part.to)));
+    }
+    return std::move(best.fixes);
+}
+
+/// With the exit code of what went wrong before anything ran.
+static int give_up(const Error& error) {
+    complain(error.message);
+    return bad_input;
+}
+
 int run_site(const Site& site, const RunOptions& options) {
-    const auto give_up = [](const Error& error) {
-        complain(error.message);
-        return bad_input;
-    };
     auto created = SiteTracker::create(site);
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
@@ -85,7 +133,6 @@ int run_site(const Site& site, const RunOptions& options) {
     auto recorder = start_recording(tracker, options);  // outlives the runner
     if (!recorder) return give_up(recorder.error());
     SourceRunner runner(tracker);
-    const Overflow overflow = options.run.on_time ? Overflow::drop_oldest : Overflow::wait;
     if (*recorder) runner.record_to(**recorder);
     std::vector<Fix> kept;  // to be smoothed
     std::size_t given = 0;
@@ -94,54 +141,25 @@ int run_site(const Site& site, const RunOptions& options) {
         if (options.smooth) kept.insert(kept.end(), batch.given.begin(), batch.given.end());
     });
     if (options.smooth) tracker.keep_history();
-    std::string fixes = options.fixes;
-    bool append = options.append;
-    if (fixes.empty() && !site.outputs.jsonl.empty()) {
-        fixes = resolved_path(site, site.outputs.jsonl);
-        append = true;  // a service that is started again goes on
-    }
-    std::unique_ptr<FixFile> smoothed_file;
-    if (!fixes.empty()) {
-        auto file = FixFile::open(fixes, append);
-        if (!file) return give_up(file.error());
-        if (options.smooth) {
-            smoothed_file = std::move(*file);
-        } else {
-            runner.add_sink(std::move(*file), overflow);
-        }
-    }
+
+    const Overflow overflow = options.run.on_time ? Overflow::drop_oldest : Overflow::wait;
+    auto file = open_fix_file(site, options);
+    if (!file) return give_up(file.error());
+    if (*file && !options.smooth) runner.add_sink(std::move(*file), overflow);
     if (options.outputs) {
-        if (auto added = add_site_sinks(runner, tracker, overflow, say); !added) return give_up(added.error());
-        for (const SinkState& sink : runner.sink_states()) {
-            say(sink.message.empty() ? "fixes go to: " + sink.name : fmt::format("{}: {}; it is tried again", sink.name, sink.message));
-        }
+        if (auto opened = open_outputs(runner, tracker, overflow); !opened) return give_up(opened.error());
     }
     if (options.page) {
-        WebOutput web = site.outputs.web.value_or(WebOutput{});
-        if (!options.host.empty()) web.host = options.host;
-        if (options.port >= 0) web.port = options.port;
-        web.insecure = web.insecure || options.insecure;
-        auto page = PageSink::serve(tracker, web, &runner);
-        if (!page) return give_up(page.error());
-        if (options.outputs && site.outputs.history) {
-            auto answerer = history_answerer(site);
-            if (!answerer) return give_up(answerer.error());
-            (*page)->show_history(std::move(*answerer));
-        }
-        say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
-        runner.add_sink(std::move(*page), Overflow::newest_only);
+        if (auto opened = open_page(runner, tracker, options); !opened) return give_up(opened.error());
     }
+
     if (auto ran = runner.run(options.run, options.stop ? *options.stop : stop_requested(), progress_bar("running")); !ran) return give_up(ran.error());
     Result<void> written = runner.finish_sinks();
     if (const auto recorded = finish_recording(options.record.folder, recorder->get()); written) written = recorded;
     if (options.smooth) {
-        const Smoothed smoothed = smooth(tracker.tracker(), kept, *options.smooth, progress_bar("smoothing"));
-        for (const Unsettled& part : smoothed.unsettled) {
-            say(fmt::format("{}: smoothing did not settle between {:.1f} s and {:.1f} s: the fixes of that time are the tracker's", part.robot,
-                            to_seconds(part.from), to_seconds(part.to)));
-        }
-        given = smoothed.fixes.size();
-        if (smoothed_file) written = smoothed_file->give({0, smoothed.fixes, {}});
+        kept = smoothed(tracker, kept, *options.smooth);
+        given = kept.size();
+        if (*file) written = (*file)->give({0, kept, {}});
     }
     say_what_happened(tracker, runner, given);
     if (written) return done;

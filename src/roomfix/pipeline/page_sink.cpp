@@ -25,6 +25,13 @@ constexpr double farthest_view = 15;  // m: a field of view is drawn no farther 
 
 json point(const Eigen::Vector2d& p) { return {rounded(p.x(), 1e-4), rounded(p.y(), 1e-4)}; }
 
+template <class Points>
+json points_json(const Points& points) {
+    json list = json::array();
+    for (const auto& p : points) list.push_back(point(p.template head<2>()));
+    return list;
+}
+
 /// The point between `from` and `to` where the first wall is met, or `to`.
 Eigen::Vector2d up_to_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const std::vector<Polyline>& walls) {
     const Eigen::Vector2d ray = to - from;
@@ -126,45 +133,74 @@ void add_drawing(const ShownFrame& frame, json& state) {
     }
 }
 
+/// What does not change of a camera.
+json site_camera_json(const CameraPipeline& pipeline, const Site& site) {
+    const CameraModel& model = pipeline.camera().model;
+    json camera = {{"id", pipeline.id()}, {"width", model.width}, {"height", model.height}};
+    if (const FixedCamera* fixed = pipeline.fixed()) {
+        camera["position"] = point(fixed->view().position().head<2>());
+        camera["view"] = field_of_view(fixed->view(), site.walls);
+        camera["errors"] = errors_json(fixed->view(), site.walls);
+    } else {
+        camera["robot"] = site.robots[static_cast<std::size_t>(pipeline.robot())].id;
+    }
+    return camera;
+}
+
+json robot_json(const Fix& fix, const std::vector<std::string>& zones) {
+    json robot = {{"id", fix.robot},
+                  {"status", fix.unknown ? "unknown" : name_of(fix.status)},
+                  {"x", rounded(fix.pose.x, 1e-4)},
+                  {"y", rounded(fix.pose.y, 1e-4)},
+                  {"sources", fix.sources}};
+    robot["yaw"] = fix.yaw_known ? json(rounded(fix.pose.yaw, 1e-4)) : json();
+    robot["cov"] = {fix.covariance(0, 0), fix.covariance(0, 1), fix.covariance(1, 1), fix.covariance(2, 2)};
+    if (fix.identity < 0.999) robot["identity"] = rounded(fix.identity, 1e-3);
+    if (!zones.empty()) robot["zones"] = zones;
+    return robot;
+}
+
+/// How a camera is doing; `frame`: what it saw last, if anything.
+json camera_json(const CameraState& state, const ShownFrame* frame) {
+    json camera = {{"id", state.id},         {"status", state.status},           {"message", state.message},
+                   {"frames", state.frames}, {"rate", rounded(state.rate, 0.1)}, {"busy_ms", rounded(1e3 * state.busy, 0.01)}};
+    if (state.dropped > 0) camera["dropped"] = state.dropped;
+    if (!state.note.empty()) camera["note"] = state.note;
+    if (frame) {
+        add_drawing(*frame, camera);
+    } else {
+        camera["outlines"] = json::array();
+    }
+    return camera;
+}
+
+/// Where readings come from and fixes go to.
+void add_connections(const SourceRunner& runner, json& state) {
+    for (const SinkState& sink : runner.sink_states()) {
+        json told = {{"name", sink.name}, {"status", sink.status}, {"message", sink.message}};
+        if (sink.lost > 0) told["lost"] = sink.lost;
+        state["sinks"].push_back(told);
+    }
+    for (const SenseState& sense : runner.sense_states()) {
+        state["senses"].push_back({{"source", sense.source}, {"message", sense.message}, {"readings", sense.readings}});
+    }
+}
+
 }  // namespace
 
 std::string PageSink::site_json() const {
     const Site& described = tracker_.site();
     json site = {{"name", described.name},     {"walls", json::array()},   {"cameras", json::array()}, {"robots", json::object()},
                  {"landmarks", json::array()}, {"beacons", json::array()}, {"corners", json::array()}};
-    for (const Polyline& line : described.walls) {
-        json polyline = json::array();
-        for (const auto& p : line) polyline.push_back(point(p));
-        site["walls"].push_back(polyline);
-    }
-    for (std::size_t c = 0; c < tracker_.cameras(); ++c) {
-        const CameraPipeline& pipeline = tracker_.pipeline(c);
-        const CameraModel& model = pipeline.camera().model;
-        json camera = {{"id", pipeline.id()}, {"width", model.width}, {"height", model.height}};
-        if (const FixedCamera* fixed = pipeline.fixed()) {
-            camera["position"] = point(fixed->view().position().head<2>());
-            camera["view"] = field_of_view(fixed->view(), described.walls);
-            camera["errors"] = errors_json(fixed->view(), described.walls);
-        } else {
-            camera["robot"] = described.robots[static_cast<std::size_t>(pipeline.robot())].id;
-        }
-        site["cameras"].push_back(camera);
-    }
+    for (const Polyline& line : described.walls) site["walls"].push_back(points_json(line));
+    for (std::size_t c = 0; c < tracker_.cameras(); ++c) site["cameras"].push_back(site_camera_json(tracker_.pipeline(c), described));
     for (const SiteRobot& robot : described.robots) {
         site["robots"][robot.id] = shape_json(robot.shape);
         site["robots"][robot.id]["many"] = robot.many;
     }
-    for (const SiteLandmark& landmark : described.landmarks) {
-        json points = json::array();
-        for (const auto& p : map_points(landmark)) points.push_back(point(p.head<2>()));
-        site["landmarks"].push_back({{"id", landmark.id}, {"points", points}});
-    }
+    for (const SiteLandmark& landmark : described.landmarks) site["landmarks"].push_back({{"id", landmark.id}, {"points", points_json(map_points(landmark))}});
     site["zones"] = json::array();
-    for (const SiteZone& zone : described.zones) {
-        json border = json::array();
-        for (const auto& p : zone.border) border.push_back(point(p));
-        site["zones"].push_back({{"id", zone.id}, {"border", border}});
-    }
+    for (const SiteZone& zone : described.zones) site["zones"].push_back({{"id", zone.id}, {"border", points_json(zone.border)}});
     for (const SiteBeacon& beacon : described.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
     for (const SiteCorner& corner : described.corners) {
         constexpr double arm = 0.35;  // m, of its edges on the map
@@ -188,40 +224,11 @@ std::string PageSink::state_json(const FixBatch& batch) const {
     const SiteSnapshot site = tracker_.snapshot(batch.time);
     json state = {{"time", to_seconds(batch.time)}, {"robots", json::array()}, {"cameras", json::array()}, {"ranges", json::array()}};
     for (const Fix& fix : batch.all) {
-        if (fix.status == FixStatus::none) continue;
-        json robot = {{"id", fix.robot},
-                      {"status", fix.unknown ? "unknown" : name_of(fix.status)},
-                      {"x", rounded(fix.pose.x, 1e-4)},
-                      {"y", rounded(fix.pose.y, 1e-4)},
-                      {"sources", fix.sources}};
-        robot["yaw"] = fix.yaw_known ? json(rounded(fix.pose.yaw, 1e-4)) : json();
-        robot["cov"] = {fix.covariance(0, 0), fix.covariance(0, 1), fix.covariance(1, 1), fix.covariance(2, 2)};
-        if (fix.identity < 0.999) robot["identity"] = rounded(fix.identity, 1e-3);
-        if (const auto within = zones_.zones_of(fix.robot); !within.empty()) robot["zones"] = within;
-        state["robots"].push_back(robot);
+        if (fix.status != FixStatus::none) state["robots"].push_back(robot_json(fix, zones_.zones_of(fix.robot)));
     }
-    for (std::size_t c = 0; c < site.cameras.size(); ++c) {
-        const CameraState& source = site.cameras[c];
-        json camera = {{"id", source.id},         {"status", source.status},           {"message", source.message},
-                       {"frames", source.frames}, {"rate", rounded(source.rate, 0.1)}, {"busy_ms", rounded(1e3 * source.busy, 0.01)}};
-        if (source.dropped > 0) camera["dropped"] = source.dropped;
-        if (!source.note.empty()) camera["note"] = source.note;
-        if (site.frames[c]) {
-            add_drawing(*site.frames[c], camera);
-        } else {
-            camera["outlines"] = json::array();
-        }
-        state["cameras"].push_back(camera);
-    }
+    for (std::size_t c = 0; c < site.cameras.size(); ++c) state["cameras"].push_back(camera_json(site.cameras[c], site.frames[c].get()));
     for (const RangeObservation& range : site.ranges) state["ranges"].push_back(range_json(tracker_.site(), range));
-    for (const SinkState& sink : runner_ ? runner_->sink_states() : std::vector<SinkState>()) {
-        json told = {{"name", sink.name}, {"status", sink.status}, {"message", sink.message}};
-        if (sink.lost > 0) told["lost"] = sink.lost;
-        state["sinks"].push_back(told);
-    }
-    for (const SenseState& sense : runner_ ? runner_->sense_states() : std::vector<SenseState>()) {
-        state["senses"].push_back({{"source", sense.source}, {"message", sense.message}, {"readings", sense.readings}});
-    }
+    if (runner_) add_connections(*runner_, state);
     const StageTimes& times = tracker_.stage_times();
     for (std::size_t s = 0; s < stages; ++s) {
         const StageSummary stage = times.summary(static_cast<Stage>(s));

@@ -91,6 +91,7 @@ std::vector<std::string> SourceRunner::suspicious_inputs() const {
 
 /// Recorded ranges, sightings and odometry up to a time, as they would have come.
 void SourceRunner::process_senses_until(Nanoseconds time) {
+    const std::lock_guard lock(senses_mutex_);
     SenseListener listener;
     listener.goes_on = [this](Nanoseconds next) { tracker_.go_on(next); };
     listener.hears = [this](const RangeBatch& batch) { tracker_.process(batch); };
