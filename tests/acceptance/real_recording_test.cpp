@@ -26,9 +26,9 @@ TEST(RealRecording, ADriveThroughALabyrinthIsFoundFromGeometryAlone) {
     ASSERT_EQ(call(fmt::format("evaluate {} --truth {}/truth.csv --json {}", fixes, session, figures)).code, 0);
     std::ifstream file(figures);
     const auto report = nlohmann::json::parse(file);
-    EXPECT_LT(report["all"]["position"]["rmse"], 0.095) << "m";
+    EXPECT_LT(report["all"]["position"]["rmse"], 0.085) << "m";
     EXPECT_LT(report["all"]["nees"]["mean"], 1.6);
-    EXPECT_GT(report["availability"], 0.88);
+    EXPECT_GT(report["availability"], 0.86);  // the first seconds leave its front open
     fs::remove_all(folder);
 }
 
