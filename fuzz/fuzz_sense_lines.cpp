@@ -9,13 +9,14 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace roomfix;
-    static const Site site = parse_site(
-                                 "roomfix: 1\nsite: {name: s}\nrobots:\n"
-                                 "  a: {shape: box, size: [1, 1, 1], receiver: {position: [0, 0, 0], source: 'udp://127.0.0.1:1'}, odometry: {source: 'udp://127.0.0.1:1'}}\n"
-                                 "  b: {shape: box, size: [1, 1, 1], detector: {source: 'udp://127.0.0.1:1'}}\n"
-                                 "beacons: {n: {position: [0, 0, 2]}}\nlandmarks: {post: {position: [1, 2, 0]}}\n",
-                                 "/")
-                                 .site;
+    static const Site site =
+        parse_site(
+            "roomfix: 1\nsite: {name: s}\nrobots:\n"
+            "  a: {shape: box, size: [1, 1, 1], receiver: {position: [0, 0, 0], source: 'udp://127.0.0.1:1'}, odometry: {source: 'udp://127.0.0.1:1'}}\n"
+            "  b: {shape: box, size: [1, 1, 1], detector: {source: 'udp://127.0.0.1:1'}}\n"
+            "beacons: {n: {position: [0, 0, 2]}}\nlandmarks: {post: {position: [1, 2, 0]}}\n",
+            "/")
+            .site;
     SenseLines lines(site, "udp://127.0.0.1:1");
     const std::string_view text(reinterpret_cast<const char*>(data), size);
     const auto robots = static_cast<int>(site.robots.size());

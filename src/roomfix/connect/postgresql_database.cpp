@@ -7,6 +7,7 @@
 #ifdef ROOMFIX_WITH_POSTGRESQL
 #include <sys/socket.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -43,10 +44,13 @@ AddressParts parts_of(const std::string& address) {
     return {has_password ? rest.substr(colon + 1, at - colon - 1) : "", "postgresql://" + place.substr(0, place.find('?'))};
 }
 
+constexpr std::chrono::seconds longest_answer(15);
+
 /// Ends a connection whose server takes a question and never answers: no setting of PostgreSQL's notices that.
 class Deadline {
 public:
-    explicit Deadline(int socket) : thread_([this, socket] { watch(socket); }) {}
+    /// `missed` is set where it is.
+    Deadline(int socket, std::atomic<bool>& missed) : missed_(missed), thread_([this, socket] { watch(socket); }) {}
     ~Deadline() {
         {
             const std::lock_guard lock(mutex_);
@@ -60,11 +64,13 @@ public:
 
 private:
     void watch(int socket) {
-        constexpr std::chrono::seconds longest(15);
         std::unique_lock lock(mutex_);
-        if (!changed_.wait_for(lock, longest, [this] { return kept_; })) ::shutdown(socket, SHUT_RDWR);
+        if (changed_.wait_for(lock, longest_answer, [this] { return kept_; })) return;
+        missed_ = true;
+        ::shutdown(socket, SHUT_RDWR);
     }
 
+    std::atomic<bool>& missed_;
     std::mutex mutex_;  // guards:
     bool kept_ = false;
     std::condition_variable changed_;
@@ -108,21 +114,23 @@ public:
 private:
     template <class T, class Work>
     Result<T> attempt(const Work& work) {
+        std::atomic<bool> missed{false};
         try {
-            if (!connection_) connect();
-            const Deadline deadline(connection_->sock());
+            if (!connection_) connect(missed);
+            const Deadline deadline(connection_->sock(), missed);
             pqxx::work transaction(*connection_);
             return work(transaction);
         } catch (const std::exception& problem) {
             connection_.reset();  // whatever it was, a new connection does not suffer from it
+            if (missed) return Error{fmt::format("history {}: the server did not answer within {} s", parts_.shown, longest_answer.count())};
             return Error{fmt::format("history {}: {}; is the server running, and do user and password fit (PGPASSWORD, ~/.pgpass)?", parts_.shown,
                                      shown(problem.what()))};
         }
     }
 
-    void connect() {
+    void connect(std::atomic<bool>& missed) {
         auto connection = std::make_unique<pqxx::connection>(address_);
-        const Deadline deadline(connection->sock());
+        const Deadline deadline(connection->sock(), missed);
         pqxx::work work(*connection);
         work.exec("SET client_min_messages = warning");  // that a table exists already is no news
         for (const std::string& statement : setup_) work.exec(statement);

@@ -7,9 +7,9 @@
 
 #include "roomfix/base/csv.hpp"
 #include "roomfix/base/number.hpp"
-#include "roomfix/observation/tum_line.hpp"
 #include "roomfix/base/text_file.hpp"
 #include "roomfix/base/text_lines.hpp"
+#include "roomfix/observation/tum_line.hpp"
 
 namespace roomfix {
 namespace {
