@@ -6,11 +6,11 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
 #include "roomfix/pipeline/page_sink.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
-#include "roomfix/pipeline/wall_clock.hpp"
 #include "roomfix/simulate/render_ahead.hpp"
 #include "roomfix/simulate/scenario_renderer.hpp"
 #include "terminal.hpp"
@@ -111,7 +111,7 @@ int demo(const Arguments& arguments) {
     });
     std::vector<ColourImage> small(scenario.cameras.size());  // of the fixed ones
     WorkerPool pool(hardware_threads());
-    tracker.measure_latency({wall_clock(), system_now(), 1});
+    tracker.measure_latency({steady_now(), system_now(), 1});
     double heard_until = 0;
     std::vector<std::pair<int, WheelSimulator>> wheels;
     for (std::size_t r = 0; r < scenario.robots.size(); ++r) {

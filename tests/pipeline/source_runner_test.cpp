@@ -9,10 +9,10 @@
 #include <fstream>
 #include <thread>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/evaluate/recorded_fixes.hpp"
 #include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
-#include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
 namespace {

@@ -104,8 +104,10 @@ std::string sql_text(const std::string& text) {
 FixStore::FixStore(std::unique_ptr<SqlDatabase> database, const std::string& site, std::int64_t run)
     : database_(std::move(database)), site_(sql_text(site)), run_(run) {}
 
+bool is_database_server(const std::string& database) { return database.starts_with("postgresql://") || database.starts_with("postgres://"); }
+
 Result<std::unique_ptr<FixStore>> FixStore::open(const std::string& database, const std::string& site, std::int64_t run) {
-    const bool server = database.starts_with("postgresql://") || database.starts_with("postgres://");
+    const bool server = is_database_server(database);
     if (!server && database.find("://") != std::string::npos) {
         return Error{"outputs.history.database is an address of an unknown kind: give a file for SQLite, or postgresql://USER@HOST/DATABASE"};
     }

@@ -14,6 +14,9 @@
 
 namespace roomfix {
 
+/// Is it the address of a server, and not a file?
+bool is_database_server(const std::string& database);
+
 /// A fix and its number within a run of the program: given twice, it is stored once.
 struct NumberedFix {
     std::int64_t number = 0;

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "roomfix/connect/json_text.hpp"
+#include "roomfix/connect/little_endian.hpp"
 
 namespace roomfix {
 namespace {
@@ -44,17 +45,13 @@ private:
     std::vector<unsigned char> bytes_;
 };
 
-template <class T>
-void put_little_endian(unsigned char* at, T value) {
-    for (std::size_t i = 0; i < sizeof(T); ++i) at[i] = static_cast<unsigned char>(value >> (8 * i));
-}
-
 Frame data_frame(std::uint32_t subscription, Nanoseconds time, const std::string& payload) {
-    Frame frame(false, 13 + payload.size());
-    frame.data()[0] = message_data;
-    put_little_endian(frame.data() + 1, subscription);
-    put_little_endian(frame.data() + 5, static_cast<std::uint64_t>(time));
-    std::memcpy(frame.data() + 13, payload.data(), payload.size());
+    Bytes header = {message_data};
+    append(header, subscription);
+    append(header, static_cast<std::uint64_t>(time));
+    Frame frame(false, header.size() + payload.size());
+    std::memcpy(frame.data(), header.data(), header.size());
+    std::memcpy(frame.data() + header.size(), payload.data(), payload.size());
     return frame;
 }
 

@@ -15,6 +15,7 @@ extern "C" {
 #include <cstring>
 #include <utility>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/connect/shown_address.hpp"
 
 namespace roomfix {
@@ -22,8 +23,6 @@ namespace {
 
 constexpr std::size_t largest_picture = 64 << 20;               // bytes
 constexpr const char* microseconds_until_reordered = "100000";  // of packets that overtook one another (UDP)
-
-double steady_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 std::string text_of(int code) {
     std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};

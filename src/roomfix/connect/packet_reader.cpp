@@ -6,13 +6,12 @@
 #include <chrono>
 #include <utility>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/connect/multipart_reader.hpp"
 #include "roomfix/connect/shown_address.hpp"
 
 namespace roomfix {
 namespace {
-
-double steady_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 class LibavReader final : public PacketReader {
 public:

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "roomfix/pipeline/wall_clock.hpp"
+#include "roomfix/base/steady_now.hpp"
 
 namespace roomfix {
 namespace {
@@ -37,12 +37,12 @@ bool FixDelivery::measures_latency() const {
 std::optional<double> FixDelivery::latency(Nanoseconds time) const {
     const std::lock_guard lock(pace_mutex_);
     if (!pace_) return std::nullopt;
-    return wall_clock() - pace_->wall_of(time);
+    return steady_now() - pace_->wall_of(time);
 }
 
 void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::function<bool(const Fix&)>& is_due, const LatencyParts& parts) {
     const std::lock_guard lock(mutex_);
-    const double before = wall_clock();
+    const double before = steady_now();
     FixBatch batch{time, {}, std::move(all), std::exchange(odometry_, {})};
     for (Fix& fix : batch.all) {
         const bool due = is_due(fix);
@@ -63,7 +63,7 @@ void FixDelivery::make_due(Nanoseconds time, std::vector<Fix> all, const std::fu
         given.latency_parts->tracking = *given.latency - parts.waiting - parts.looking - parts.fitting;
     }
     due_.push_back(std::move(batch));
-    times_.add(Stage::publish, wall_clock() - before);
+    times_.add(Stage::publish, steady_now() - before);
 }
 
 void FixDelivery::add_odometry(const OdometryObservation& report) {

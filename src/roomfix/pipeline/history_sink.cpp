@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/connect/history_answer.hpp"
-#include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
 namespace {
@@ -43,12 +43,12 @@ Result<void> HistorySink::give(const FixBatch& batch) {
 }
 
 void HistorySink::work() {
-    double due = wall_clock() + settings_.interval;
+    double due = steady_now() + settings_.interval;
     std::unique_lock lock(mutex_);
     while (true) {
         // While the database is gone nothing but the end is worth waking up for.
         const double until = std::max(due, retry_at_);
-        changed_.wait_for(lock, std::chrono::duration<double>(std::max(until - wall_clock(), 0.0)),
+        changed_.wait_for(lock, std::chrono::duration<double>(std::max(until - steady_now(), 0.0)),
                           [&] { return ending_ || (wait_ == 0 && waiting_.size() >= most_at_once); });
         const bool last = ending_;
         const bool nothing = waiting_.empty() && storing_.empty();
@@ -57,7 +57,7 @@ void HistorySink::work() {
         const auto stored = store_some();
         if (!nothing) note(stored);
         if (stored) remove_old();
-        due = wall_clock() + settings_.interval;
+        due = steady_now() + settings_.interval;
         lock.lock();
         if (last && !stored) return;
     }
@@ -75,7 +75,7 @@ Result<void> HistorySink::store_some() {
     auto stored = store_->add(storing_);
     if (!stored) {
         wait_ = std::clamp(2 * wait_, settings_.interval, longest_wait * settings_.interval);
-        retry_at_ = wall_clock() + wait_;
+        retry_at_ = steady_now() + wait_;
         return stored;
     }
     wait_ = retry_at_ = 0;
@@ -88,7 +88,7 @@ Result<void> HistorySink::store_some() {
 
 /// By the fixes' own times, so that recordings of long ago can be stored, too; a time in the future deletes nothing.
 void HistorySink::remove_old() {
-    const double now = wall_clock();
+    const double now = steady_now();
     if (newest_ == 0 || now < removed_at_ + removal_interval) return;
     removed_at_ = now;
     note(store_->remove_before(std::min(newest_, system_now()) - from_seconds(86400 * settings_.days)));

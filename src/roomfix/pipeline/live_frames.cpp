@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "roomfix/pipeline/wall_clock.hpp"
+#include "roomfix/base/steady_now.hpp"
 
 namespace roomfix {
 namespace {
@@ -41,7 +41,7 @@ bool LiveFrames::takes_place(Slot& slot) {
     slot.count.dropped += passed_over - slot.passed_over;
     slot.passed_over = passed_over;
     slot.away = false;
-    if (!slot.frame || wall_clock() - slot.came >= old) return true;
+    if (!slot.frame || steady_now() - slot.came >= old) return true;
     ++slot.count.dropped;
     return false;
 }
@@ -63,7 +63,7 @@ void LiveFrames::read(Slot& slot) {
             continue;
         }
         if (!takes_place(slot)) continue;
-        const double came = wall_clock();
+        const double came = steady_now();
         if (const auto decoded = slot.source->decode(frame); !decoded) {
             listener_.failed(slot.camera, decoded.error().message);
             continue;

@@ -5,10 +5,10 @@
 #include <chrono>
 #include <set>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/connect/udp_port.hpp"
 #include "roomfix/pipeline/mqtt_sink.hpp"
-#include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
 namespace {
@@ -16,10 +16,6 @@ namespace {
 constexpr double wait_for_bytes = 0.2;            // s
 constexpr std::size_t longest_message = 1 << 20;  // bytes
 constexpr std::string_view topic_scheme = "mqtt:";
-
-bool is_line(const std::string& source) { return source.starts_with("/dev/"); }
-bool is_port(const std::string& source) { return source.starts_with("udp://"); }
-bool is_topic(const std::string& source) { return source.starts_with(topic_scheme); }
 
 /// All sources of a site's senses, each once.
 std::set<std::string> sources_of(const Site& site) {
@@ -34,20 +30,23 @@ std::set<std::string> sources_of(const Site& site) {
 
 }  // namespace
 
-bool is_live_sense(const std::string& source) { return is_line(source) || is_port(source) || is_topic(source); }
+bool is_serial_line(const std::string& source) { return source.starts_with("/dev/"); }
+bool is_udp_address(const std::string& source) { return source.starts_with("udp://"); }
+bool is_mqtt_topic(const std::string& source) { return source.starts_with(topic_scheme); }
+bool is_live_sense(const std::string& source) { return is_serial_line(source) || is_udp_address(source) || is_mqtt_topic(source); }
 
 LiveSenses::LiveSenses(SiteTracker& tracker, const std::atomic<bool>& stop) : tracker_(tracker), stop_(stop) {
     const std::vector<SiteRobot>& robots = tracker.site().robots;
     for (std::size_t r = 0; r < robots.size(); ++r) {
         for (std::size_t k = 0; k < robots[r].receivers.size(); ++k) {
             const std::string& source = robots[r].receivers[k].source;
-            if (!is_line(source)) continue;
+            if (!is_serial_line(source)) continue;
             threads_.emplace_back([this, source, robot = static_cast<int>(r), receiver = static_cast<int>(k)] { listen_to_line(source, robot, receiver); });
         }
     }
     for (const std::string& source : sources_of(tracker.site())) {
-        if (is_port(source)) threads_.emplace_back([this, source] { listen_to_port(source); });
-        if (is_topic(source)) threads_.emplace_back([this, source] { listen_to_topic(source); });
+        if (is_udp_address(source)) threads_.emplace_back([this, source] { listen_to_port(source); });
+        if (is_mqtt_topic(source)) threads_.emplace_back([this, source] { listen_to_topic(source); });
     }
 }
 
@@ -89,54 +88,41 @@ void LiveSenses::take(const std::string& source, const Readings& readings, const
 }
 
 void LiveSenses::take(const std::string& source, SenseLines& lines, std::string_view text) {
-    const Readings readings = lines.read(text, system_now(), wall_clock());
+    const Readings readings = lines.read(text, system_now(), steady_now());
     std::string clocks;
     for (const std::string& clock : lines.clocks()) clocks += (clocks.empty() ? "" : "; ") + clock;
     take(source, readings, clocks);
 }
 
-/// A listener of Cricket's kind.
-void LiveSenses::listen_to_line(const std::string& device, int robot, int receiver) {
-    RangeReader reader(tracker_.site(), robot, receiver);
+/// Opens a source, again and again if it must be, and passes on what comes from it.
+template <class Open, class Take>
+void LiveSenses::keep_open(const std::string& source, const std::string& at_first, const Open& open, const Take& take_bytes) {
     std::string bytes;
     while (!stop_) {
-        auto line = SerialLine::open(device);
-        if (!line) {
-            tracker_.add_problems({line.error().message});
-            note(device, line.error().message);
-            wait_a_moment();
-            continue;
-        }
-        note(device, "");
-        while (!stop_ && line->read(wait_for_bytes, bytes)) {
-            if (bytes.empty()) continue;
-            Readings readings;
-            reader.feed(bytes, system_now(), readings.ranges);
+        auto line = open(source);
+        note(source, line ? at_first : line.error().message);
+        if (!line) tracker_.add_problems({line.error().message});
+        while (line && !stop_ && line->read(wait_for_bytes, bytes)) {
+            if (!bytes.empty()) take_bytes(bytes);
             bytes.clear();
-            take(device, readings, "");
         }
         wait_a_moment();
     }
 }
 
+/// A listener of Cricket's kind.
+void LiveSenses::listen_to_line(const std::string& device, int robot, int receiver) {
+    RangeReader reader(tracker_.site(), robot, receiver);
+    keep_open(device, "", SerialLine::open, [&](const std::string& bytes) {
+        Readings readings;
+        reader.feed(bytes, system_now(), readings.ranges);
+        take(device, readings, "");
+    });
+}
+
 void LiveSenses::listen_to_port(const std::string& address) {
     SenseLines lines(tracker_.site(), address);
-    std::string text;
-    while (!stop_) {
-        auto port = UdpPort::open(address);
-        if (!port) {
-            tracker_.add_problems({port.error().message});
-            note(address, port.error().message);
-            wait_a_moment();
-            continue;
-        }
-        note(address, "nothing has come yet");
-        while (!stop_ && port->read(wait_for_bytes, text)) {
-            if (!text.empty()) take(address, lines, text);
-            text.clear();
-        }
-        wait_a_moment();
-    }
+    keep_open(address, "nothing has come yet", UdpPort::open, [&](const std::string& text) { take(address, lines, text); });
 }
 
 /// The client calls from its own thread; this one waits and says how the connection is.

@@ -22,7 +22,11 @@ struct SenseState {
     long readings = 0;    // that were used
 };
 
-/// True for what gives readings as they come: /dev/..., udp://HOST:PORT, mqtt:TOPIC.
+/// Kinds of sources that give readings as they come: /dev/..., udp://HOST:PORT, mqtt:TOPIC.
+bool is_serial_line(const std::string& source);
+bool is_udp_address(const std::string& source);
+bool is_mqtt_topic(const std::string& source);
+/// Any of them.
 bool is_live_sense(const std::string& source);
 
 /// Every source has a thread of its own; one that vanishes is opened again when it comes back.
@@ -42,6 +46,8 @@ private:
     void listen_to_line(const std::string& device, int robot, int receiver);
     void listen_to_port(const std::string& address);
     void listen_to_topic(const std::string& source);
+    template <class Open, class Take>
+    void keep_open(const std::string& source, const std::string& at_first, const Open& open, const Take& take_bytes);
     void take(const std::string& source, SenseLines& lines, std::string_view text);
     void take(const std::string& source, const Readings& readings, const std::string& clocks);
     void note(const std::string& source, const std::string& message);

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <cmath>
-
 #include "roomfix/base/number.hpp"
+#include "roomfix/estimate/belief.hpp"
 #include "roomfix/estimate/tracker.hpp"
 
 namespace roomfix {
@@ -73,8 +71,7 @@ std::string robot_metrics(const std::vector<Fix>& robots) {
         const std::string of = label("robot", fix.robot);
         located.add(of, fix.status == FixStatus::ok ? 1 : fix.status == FixStatus::coasting ? 0.5 : 0);
         if (fix.status == FixStatus::none) continue;
-        const Eigen::Matrix2d place = fix.covariance.topLeftCorner<2, 2>();
-        sigma.add(of, std::sqrt(place.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff()));
+        sigma.add(of, worst_sigma(fix.covariance.topLeftCorner<2, 2>()));
     }
     unknown.add("", others);
     return located.text() + sigma.text() + unknown.text();

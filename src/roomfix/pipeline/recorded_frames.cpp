@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "roomfix/pipeline/wall_clock.hpp"
+#include "roomfix/base/steady_now.hpp"
 
 namespace roomfix {
 
@@ -35,13 +35,13 @@ void RecordedFrames::advance(std::size_t camera) {
             return;
         }
         if (more && listener_.too_late && listener_.too_late(camera, frame.time)) continue;
-        const double before = wall_clock();
+        const double before = steady_now();
         const auto decoded = more ? sources_[camera]->decode(frame) : Result<void>(more.error());
         if (!decoded) {
             listener_.failed(camera, decoded.error().message);
             continue;  // a damaged frame is skipped and counted
         }
-        if (listener_.decoded) listener_.decoded(wall_clock() - before);
+        if (listener_.decoded) listener_.decoded(steady_now() - before);
         waiting_[camera] = std::move(frame);
         return;
     }

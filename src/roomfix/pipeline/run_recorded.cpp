@@ -3,6 +3,7 @@
 #include <chrono>
 #include <thread>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/pipeline/live_frames.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
@@ -10,7 +11,6 @@
 #include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/sink_queue.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
-#include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr double too_late = 0.3;  // s behind the clock: a frame that is not looked at any more
 
 void wait_until(double due, const std::atomic<bool>& stop) {
-    while (!stop && wall_clock() < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::clamp(due - wall_clock(), 0.0, 0.05)));
+    while (!stop && steady_now() < due) std::this_thread::sleep_for(std::chrono::duration<double>(std::clamp(due - steady_now(), 0.0, 0.05)));
 }
 
 }  // namespace
@@ -33,14 +33,14 @@ Result<void> SourceRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>
     listener.ended = [this](std::size_t i) { tracker_.set_camera_state(i, "ended", "the recording ended"); };
     listener.decoded = [this](double seconds) { tracker_.stage_times().add(Stage::decode, seconds); };
     listener.too_late = [&](std::size_t i, Nanoseconds time) {
-        const bool late = settings.on_time && pace && wall_clock() > pace->wall_of(time) + too_late;
+        const bool late = settings.on_time && pace && steady_now() > pace->wall_of(time) + too_late;
         counts[i].came += late;
         counts[i].dropped += late;
         return late;
     };
     const auto keep_pace = [&](Nanoseconds first, Nanoseconds last) {
         if (settings.speed <= 0) return;
-        if (!pace) pace = Pace{wall_clock(), first, settings.speed};
+        if (!pace) pace = Pace{steady_now(), first, settings.speed};
         if (settings.on_time && !tracker_.measures_latency()) tracker_.measure_latency(*pace);
         wait_until(pace->wall_of(last), stop);
     };

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "roomfix/pipeline/wall_clock.hpp"
+#include "roomfix/base/steady_now.hpp"
 
 namespace roomfix {
 namespace {
@@ -105,8 +105,8 @@ void SessionRecorder::push(Item item) {
 }
 
 void SessionRecorder::work() {
-    const auto until = [](double wall) { return std::chrono::duration<double>(std::max(wall - wall_clock(), 0.0)); };
-    double flush_at = wall_clock();  // at once: a session is there before anything comes
+    const auto until = [](double wall) { return std::chrono::duration<double>(std::max(wall - steady_now(), 0.0)); };
+    double flush_at = steady_now();  // at once: a session is there before anything comes
     std::unique_lock lock(mutex_);
     while (true) {
         changed_.wait_for(lock, until(flush_at), [this] { return ending_ || !waiting_.empty(); });
@@ -120,9 +120,9 @@ void SessionRecorder::work() {
         lock.unlock();
         changed_.notify_all();
         if (item) write(*item);
-        if (wall_clock() >= flush_at) {
+        if (steady_now() >= flush_at) {
             flush();
-            flush_at = wall_clock() + flush_interval;
+            flush_at = steady_now() + flush_interval;
         }
         lock.lock();
     }
@@ -132,7 +132,7 @@ void SessionRecorder::work() {
 
 void SessionRecorder::write(Item& item) {
     const long size = std::visit(SizeOf{}, item);
-    const double now = wall_clock();
+    const double now = steady_now();
     if (now < retry_at_) return note({}, size);
     const auto session = parts_.current(now);
     if (!session) {
@@ -154,7 +154,7 @@ void SessionRecorder::write(Item& item) {
 }
 
 void SessionRecorder::flush() {
-    const double now = wall_clock();
+    const double now = steady_now();
     if (now < retry_at_) return;
     const auto session = parts_.current(now);
     if (!session) retry_at_ = now + retry_interval;
@@ -168,7 +168,7 @@ void SessionRecorder::note(const Result<void>& result, long lost) {
     std::string told;
     {
         const std::lock_guard lock(mutex_);
-        const double now = wall_clock();
+        const double now = steady_now();
         state_.lost += lost;
         if (!result) {
             if (!error_) error_ = result.error();

@@ -16,6 +16,7 @@
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/connect/udp_port.hpp"
 #include "roomfix/connect/web_server.hpp"
+#include "roomfix/pipeline/live_senses.hpp"
 #include "roomfix/pipeline/mqtt_sink.hpp"
 
 namespace roomfix {
@@ -100,15 +101,13 @@ void Doctor::look_at_cameras() const {
 }
 
 void Doctor::look_at_sense(const std::string& what, const std::string& source) const {
-    if (source.starts_with("/dev/")) {
+    if (is_serial_line(source)) {
         const auto line = SerialLine::open(source);
         if (!line) return tell(Kind::problem, what, line.error().message);
-    } else if (source.starts_with("udp://")) {
+    } else if (is_udp_address(source)) {
         const auto port = UdpPort::open(source);
         if (!port) return tell(Kind::problem, what, port.error().message);
-    } else if (source.starts_with("mqtt:")) {
-        if (!site_.outputs.mqtt) return tell(Kind::problem, what, source + ": readings by MQTT need outputs.mqtt with the broker");
-    } else if (std::error_code failure; !fs::exists(resolved_path(site_, source), failure)) {
+    } else if (std::error_code failure; !is_mqtt_topic(source) && !fs::exists(resolved_path(site_, source), failure)) {
         return tell(Kind::problem, what, resolved_path(site_, source) + ": does not exist: check 'source' in the site file");
     }
     tell(Kind::fine, what, source + " can be read");
@@ -169,7 +168,7 @@ void Doctor::look_at_broker() const {
 void Doctor::look_at_history() const {
     if (!site_.outputs.history) return;
     const std::string& named = site_.outputs.history->database;
-    const bool server = named.starts_with("postgresql://") || named.starts_with("postgres://");
+    const bool server = is_database_server(named);
     const std::string database = server ? named : resolved_path(site_, named);
     auto store = FixStore::open(database, site_.name);
     FixQuery one;

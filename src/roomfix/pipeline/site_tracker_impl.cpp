@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "roomfix/pipeline/wall_clock.hpp"
+#include "roomfix/base/steady_now.hpp"
 
 namespace roomfix {
 namespace {
@@ -53,9 +53,9 @@ Result<void> SiteTracker::Impl::check_size(const CameraFrame& frame) {
 
 Result<void> SiteTracker::Impl::process(const std::vector<CameraFrame>& frames, WorkerPool& pool) {
     if (frames.empty()) return {};
-    const double before = wall_clock();
+    const double before = steady_now();
     auto result = process_round(frames, pool);
-    times_.add(Stage::moment, wall_clock() - before);
+    times_.add(Stage::moment, steady_now() - before);
     return result;
 }
 
@@ -95,9 +95,9 @@ Result<void> SiteTracker::Impl::process_round(const std::vector<CameraFrame>& fr
     for (const BodyPlace& thing : joint.things) joint.robots.push_back(observation_of(thing));
     if (!joint.robots.empty()) {
         const std::lock_guard lock(mutex_);
-        const double before = wall_clock();
+        const double before = steady_now();
         tracker_.observe(frames.back().time, joint.source, joint.robots);
-        times_.add(Stage::track, wall_clock() - before);
+        times_.add(Stage::track, steady_now() - before);
         make_due(frames.back().time, joint.source, looks.back() ? looks.back()->parts : LatencyParts());
     }
     delivery_.deliver();
@@ -108,7 +108,7 @@ Result<void> SiteTracker::Impl::process_round(const std::vector<CameraFrame>& fr
 JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks,
                                                const std::vector<FrameHints>& hints) {
     const std::lock_guard lock(joint_mutex_);
-    const double before = wall_clock();
+    const double before = steady_now();
     std::vector<FixedCamera*> cameras;
     std::vector<LumaView> pictures;
     Expectation expected;
@@ -126,7 +126,7 @@ JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& f
     }
     if (cameras.empty()) return {};
     JointSighting together = joint_bodies_.find(cameras, pictures, expected);
-    const double seconds = wall_clock() - before;
+    const double seconds = steady_now() - before;
     times_.add(Stage::fit, seconds);
     for (auto& look : looks) {
         if (look) look->parts.fitting = seconds;
@@ -135,11 +135,11 @@ JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& f
 }
 
 SiteTracker::Impl::Look SiteTracker::Impl::look(const CameraFrame& frame, const FrameHints& hints) {
-    const double before = wall_clock();
+    const double before = steady_now();
     Look result;
     result.parts.waiting = delivery_.latency(frame.time).value_or(0);
     result.frozen = cameras_[frame.camera]->pipeline->look(frame.image, frame.time, hints);
-    result.parts.looking = wall_clock() - before;
+    result.parts.looking = steady_now() - before;
     times_.add(Stage::look, result.parts.looking);
     return result;
 }
@@ -209,7 +209,7 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
     ++state.frames;
     state.status = "ok";
     state.busy = state.frames == 1 ? look.parts.looking : 0.9 * state.busy + 0.1 * look.parts.looking;
-    const double now = wall_clock();
+    const double now = steady_now();
     if (camera.last_wall > 0) {
         const double rate = 1 / std::max(now - camera.last_wall, 1e-4);
         state.rate = state.rate == 0 ? rate : 0.9 * state.rate + 0.1 * rate;
@@ -220,10 +220,10 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
         shown->time = frame.time;
         camera.shown = std::move(shown);
     }
-    const double before = wall_clock();
+    const double before = steady_now();
     const Sighting sighting = camera.pipeline->sighting();
     tell(tracker_, frame.time, camera.pipeline->id(), sighting);
-    times_.add(Stage::track, wall_clock() - before);
+    times_.add(Stage::track, steady_now() - before);
     state.message = sighting.reason;
     if (const FixedCamera* fixed = camera.pipeline->fixed(); fixed && fixed->changed()) {
         state.status = "changed";

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/pipeline/input_doctor.hpp"
 #include "roomfix/pipeline/live_frames.hpp"
@@ -15,7 +16,6 @@
 #include "roomfix/pipeline/recorded_senses.hpp"
 #include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/sink_queue.hpp"
-#include "roomfix/pipeline/wall_clock.hpp"
 
 namespace roomfix {
 
@@ -141,7 +141,7 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
     }
     std::vector<std::thread> threads;
     if (!live.empty()) {
-        if (settings.on_time) tracker_.measure_latency({wall_clock(), system_now(), 1});
+        if (settings.on_time) tracker_.measure_latency({steady_now(), system_now(), 1});
         threads.emplace_back([&] { run_live(live, settings.threads, stop); });
     }
     auto done = run_recorded(sources, settings, stop, progress);

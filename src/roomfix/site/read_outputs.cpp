@@ -12,10 +12,6 @@ bool read_flag(YamlReader& reader, const YAML::Node& node, const std::string& wh
     return flag;
 }
 
-std::string read_file_name(YamlReader& reader, const YAML::Node& node, const std::string& what) {
-    return node.IsDefined() ? reader.text(node, what).value_or("") : "";
-}
-
 std::optional<Secret> read_secret(YamlReader& reader, const YAML::Node& node, const std::string& what) {
     if (!node.IsDefined()) return std::nullopt;
     if (node.IsScalar()) {
@@ -23,7 +19,7 @@ std::optional<Secret> read_secret(YamlReader& reader, const YAML::Node& node, co
         return std::nullopt;
     }
     if (!reader.map(node, what, {"file", "env"})) return std::nullopt;
-    const Secret secret{read_file_name(reader, node["file"], what + ".file"), read_file_name(reader, node["env"], what + ".env")};
+    const Secret secret{reader.text(node["file"], what + ".file").value_or(""), reader.text(node["env"], what + ".env").value_or("")};
     if (secret.file.empty() == secret.variable.empty()) reader.error(node, what + " needs one of file and env");
     return secret;
 }
@@ -31,9 +27,9 @@ std::optional<Secret> read_secret(YamlReader& reader, const YAML::Node& node, co
 std::optional<TlsFiles> read_tls(YamlReader& reader, const YAML::Node& node, const std::string& what) {
     if (!node.IsDefined() || !reader.map(node, what, {"ca", "certificate", "key"})) return std::nullopt;
     TlsFiles tls;
-    tls.ca = read_file_name(reader, node["ca"], what + ".ca");
-    tls.certificate = read_file_name(reader, node["certificate"], what + ".certificate");
-    tls.key = read_file_name(reader, node["key"], what + ".key");
+    tls.ca = reader.text(node["ca"], what + ".ca").value_or("");
+    tls.certificate = reader.text(node["certificate"], what + ".certificate").value_or("");
+    tls.key = reader.text(node["key"], what + ".key").value_or("");
     if (tls.certificate.empty() != tls.key.empty()) reader.error(node, what + ": certificate and key come together");
     return tls;
 }
@@ -72,7 +68,7 @@ MqttOutput read_mqtt(YamlReader& reader, const YAML::Node& node) {
         mqtt.prefix = reader.text(node["prefix"], "outputs.mqtt.prefix").value_or(mqtt.prefix);
         check_topic(reader, node["prefix"], mqtt.prefix);
     }
-    if (node["user"].IsDefined()) mqtt.user = reader.text(node["user"], "outputs.mqtt.user").value_or("");
+    mqtt.user = reader.text(node["user"], "outputs.mqtt.user").value_or("");
     mqtt.password = read_secret(reader, node["password"], "outputs.mqtt.password");
     if (mqtt.password && mqtt.user.empty()) reader.error(node["password"], "outputs.mqtt has a password, but no user");
     mqtt.rate = reader.number(node["rate"], "outputs.mqtt.rate", 0, 1000).value_or(mqtt.rate);
@@ -91,7 +87,7 @@ Ros2Output read_ros2(YamlReader& reader, const YAML::Node& node) {
 HistoryOutput read_history(YamlReader& reader, const YAML::Node& node) {
     HistoryOutput history;
     if (!reader.map(node, "outputs.history", {"database", "days"})) return history;
-    if (node["database"].IsDefined()) history.database = reader.text(node["database"], "outputs.history.database").value_or(history.database);
+    history.database = reader.text(node["database"], "outputs.history.database").value_or(history.database);
     history.days = reader.number(node["days"], "outputs.history.days", 1e-4, 36500).value_or(history.days);
     return history;
 }
@@ -101,10 +97,10 @@ HistoryOutput read_history(YamlReader& reader, const YAML::Node& node) {
 Outputs read_outputs(YamlReader& reader, const YAML::Node& node) {
     Outputs outputs;
     if (!node.IsDefined() || !reader.map(node, "outputs", {"jsonl", "tum", "web", "mqtt", "ros2", "history", "foxglove"})) return outputs;
-    if (node["jsonl"].IsDefined()) outputs.jsonl = reader.text(node["jsonl"], "outputs.jsonl").value_or("");
+    outputs.jsonl = reader.text(node["jsonl"], "outputs.jsonl").value_or("");
     if (node["web"].IsDefined()) outputs.web = read_listening(reader, node["web"], "outputs.web", 8080);
     if (node["foxglove"].IsDefined()) outputs.foxglove = read_listening(reader, node["foxglove"], "outputs.foxglove", 8765);
-    if (node["tum"].IsDefined()) outputs.tum = reader.text(node["tum"], "outputs.tum").value_or("");
+    outputs.tum = reader.text(node["tum"], "outputs.tum").value_or("");
     if (node["mqtt"].IsDefined()) outputs.mqtt = read_mqtt(reader, node["mqtt"]);
     if (node["ros2"].IsDefined()) outputs.ros2 = read_ros2(reader, node["ros2"]);
     if (node["history"].IsDefined()) outputs.history = read_history(reader, node["history"]);

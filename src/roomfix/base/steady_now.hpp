@@ -6,6 +6,6 @@
 namespace roomfix {
 
 /// s since some moment.
-inline double wall_clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+inline double steady_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace roomfix
