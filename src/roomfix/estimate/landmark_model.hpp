@@ -14,6 +14,7 @@ struct OnboardSource {
     CameraOnRobot camera;
     CalibrationRoot calibration = CalibrationRoot::Zero();  // zero where mount and lens are known exactly
     double time_offset_sigma = 0;                           // s; 0: its time stamps are right
+    double readout = 0;                                     // s from when the first row is exposed until the last one is
 };
 OnboardSource onboard_source(int source, const CameraOnRobot& camera);
 

@@ -36,7 +36,9 @@ struct Fix {
     FixStatus status = FixStatus::none;
     Pose2 pose;
     bool yaw_known = true;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();           // x, y, yaw; m, rad
+    std::optional<Eigen::Vector3d> velocity;                            // vx, vy in the map, turning; m/s, rad/s
+    Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Identity();  // of it
     std::vector<std::string> sources;
     std::string image;   // the picture it comes from, if it comes from one
     std::string reason;  // for status none, in plain words

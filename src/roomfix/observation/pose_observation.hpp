@@ -19,6 +19,7 @@ struct PoseObservation {
     LastingError lasting;                                                              // part of the covariance
     FixedList<double, most_kinds> kinds;                                               // as of a SilhouetteObservation
     double tells_kind = 0.3;                                                           // where `kinds` is empty: nats by which it is this kind of robot
+    double late = 0;                                                                   // s after the frame's time: a rolling shutter reads its rows later
     bool identified = false;                                                           // by a tag: it is this one, not one that looks the same
 };
 

@@ -23,9 +23,10 @@ struct TlsFiles {
 struct WebOutput {
     std::string host = "127.0.0.1";
     int port = 8080;
-    std::optional<TlsFiles> tls;  // none: not encrypted
-    std::optional<Secret> token;  // that whoever looks must know
-    bool insecure = false;        // others may look without either
+    std::optional<TlsFiles> tls;           // none: not encrypted
+    std::optional<Secret> token;           // that whoever looks must know
+    std::optional<Secret> operator_token;  // that whoever changes something must know; none: nothing can be changed
+    bool insecure = false;                 // others may look without either
 };
 
 /// Does this address lead to this machine only?

@@ -191,6 +191,13 @@ struct SiteZone {
     Polyline border;  // m, three or more corners; the last is joined to the first
 };
 
+/// A picture of the place from above, to be shown under the map.
+struct SitePlan {
+    std::string image;         // as written: a file
+    double resolution = 0.05;  // m per pixel
+    Pose2 map_from_plan;       // of the picture's lower left corner: its x runs along the lower edge, its y up the left one
+};
+
 struct Site {
     std::filesystem::path folder;  // relative paths start here
     std::string name;
@@ -204,6 +211,7 @@ struct Site {
     std::vector<SiteBeacon> beacons;
     std::vector<SiteCorner> corners;
     std::vector<SiteZone> zones;
+    std::optional<SitePlan> plan;
     Outputs outputs;
 
     /// The families of the tags on landmarks and robots, each once.
