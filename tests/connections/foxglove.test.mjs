@@ -9,8 +9,9 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
+import { listen } from './foxglove_client.mjs';
+
 const require = createRequire(fileURLToPath(new URL('../../web/package.json', import.meta.url)));
-const { FoxgloveClient } = require('@foxglove/ws-protocol');
 const WebSocket = require('ws');
 
 const program = process.env.ROOMFIX;
@@ -42,31 +43,6 @@ async function run(t, name, outputs, ...options) {
     process.on('exit', () => reject(new Error(`the run ended: ${said}`)));
   });
   return { process, port, ended, fixes: () => readFileSync(fixes, 'utf8').trim().split('\n').map((line) => JSON.parse(line)) };
-}
-
-/** A client that subscribes to every channel and keeps what comes. */
-async function listen(address) {
-  const client = new FoxgloveClient({ ws: new WebSocket(address, [FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
-  const channels = new Map();
-  const topics = new Map();
-  const messages = [];
-  const statuses = [];
-  client.on('status', (status) => statuses.push(status));
-  client.on('advertise', (told) => {
-    for (const channel of told) {
-      channels.set(channel.topic, channel);
-      topics.set(client.subscribe(channel.id), channel.topic);
-    }
-  });
-  client.on('message', ({ subscriptionId, timestamp, data }) => {
-    messages.push({ topic: topics.get(subscriptionId), time: timestamp, data: JSON.parse(Buffer.from(data.buffer, data.byteOffset, data.byteLength).toString()) });
-  });
-  const info = await new Promise((resolve, reject) => {
-    client.on('serverInfo', resolve);
-    client.on('error', reject);
-    client.on('close', () => reject(new Error('the connection was closed')));
-  });
-  return { client, info, channels, messages, statuses };
 }
 
 async function until(holds, what) {

@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import shutil
+import signal
 import socket
 import subprocess
 import tempfile
@@ -80,6 +81,40 @@ class Broker:
         """What a newcomer gets of a topic at once."""
         asked = subprocess.run(["mosquitto_sub", "-p", str(self.port), "-t", topic, "--retained-only", "-W", "2", "-C", "1"], capture_output=True, text=True)
         return asked.stdout.strip()
+
+
+class Postgres:
+    """A PostgreSQL server without a port, in a folder that it owns, for it does not run as root."""
+
+    def __init__(self, folder):
+        self.outputs, self.folder = folder, pathlib.Path(tempfile.mkdtemp(prefix="roomfix-test-"))
+        self.programs = next(pathlib.Path("/usr/lib/postgresql").glob("*/bin"))
+        self.user = {"user": 65534, "group": 65534, "extra_groups": []} if os.getuid() == 0 else {}
+        if self.user:
+            os.chown(self.folder, 65534, 65534)
+        made = [self.programs / "initdb", "-D", self.folder / "data", "-U", "roomfix", "-A", "trust", "-E", "UTF8", "--no-sync", "--no-locale"]
+        subprocess.run([str(word) for word in made], check=True, capture_output=True, cwd="/", **self.user)
+        self.address = f"postgresql://roomfix@/postgres?host={self.folder}"
+        self.start()
+
+    def start(self):
+        settings = [word for value in ("listen_addresses=", "fsync=off", "shared_buffers=1MB", "max_connections=8") for word in ("-c", value)]
+        self.process = Process(self.outputs, "postgres", self.programs / "postgres", "-D", self.folder / "data", "-k", self.folder, *settings, cwd="/", **self.user)
+        wait_until(lambda: subprocess.run([self.programs / "pg_isready", "-q", "-h", self.folder]).returncode == 0, "PostgreSQL answers")
+
+    def stop(self, kill=False):
+        """Killed: as if the machine lost its power, nobody is said good-bye."""
+        self.process.process.send_signal(signal.SIGQUIT if kill else signal.SIGINT)
+        self.process.process.wait(30)
+
+    def remove(self):
+        if not self.process.ended():
+            self.stop(True)
+        shutil.rmtree(self.folder)
+
+    def ask(self, query):
+        asked = subprocess.run(["psql", "-h", str(self.folder), "-U", "roomfix", "-AtF,", "-c", query, "postgres"], capture_output=True, text=True, check=True)
+        return [line.split(",") for line in asked.stdout.splitlines()]
 
 
 def certificate(folder, name, host, days, ca=None):
