@@ -532,13 +532,13 @@ void BodyObserver::put_back() {
 }
 
 bool BodyObserver::confirms(const SeenBy& camera, int robot, const Pose2& pose) {
-    const PlaceScore score = score_place(*camera.view, *camera.evidence, body(robot), pose, settings_.search.score, memory_);
+    const PlaceScore score = score_place(camera, body(robot), pose, settings_.search.score, memory_);
     return score.in_picture && score.filled > settings_.plainly_filled && score.around < settings_.plainly_alone &&
            score.log_ratio > settings_.search.odds_of_clutter;
 }
 
 bool BodyObserver::shows(const SeenBy& camera, int robot, const Pose2& pose) {
-    const PlaceScore score = score_place(*camera.view, *camera.evidence, body(robot), pose, settings_.search.score, memory_);
+    const PlaceScore score = score_place(camera, body(robot), pose, settings_.search.score, memory_);
     return score.in_picture && score.log_ratio > settings_.search.odds_of_clutter;
 }
 

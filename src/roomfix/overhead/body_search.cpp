@@ -67,23 +67,14 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.
 
 }  // namespace
 
-bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place) {
-    constexpr double own_wall = 0.3;  // m from the camera
-    if (!camera.walls) return true;
-    const Eigen::Vector2d from = camera.view->position().head<2>();
-    const double distance = (place - from).norm();
-    return distance < own_wall || !wall_between(*camera.walls, from + own_wall / distance * (place - from), place);
-}
-
 /// `near`: of each camera; null: the pose is like no other.
 static double sum_of_scores(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const BodySearchSettings& settings, PlaceMemory& memory,
                             bool coarse, const NearBody* near) {
     double sum = 0;
     const double most_samples = cameras.size() > 1 ? settings.samples_together : 1e9;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-        if (!in_sight(cameras[c], {pose.x, pose.y})) continue;
         const NearBody* own = near ? near + c : nullptr;
-        sum += score_place(*cameras[c].view, *cameras[c].evidence, body, pose, settings.score, memory, coarse, most_samples, own).log_ratio;
+        sum += score_place(cameras[c], body, pose, settings.score, memory, coarse, most_samples, own).log_ratio;
     }
     return sum;
 }
@@ -190,7 +181,7 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
         const Evidence& evidence = *camera.evidence;
         const auto foot = project_map_point(*camera.view, {place.x(), place.y(), 0});
         const auto top = project_map_point(*camera.view, {place.x(), place.y(), body.height});
-        if (!foot || !top || !in_sight(camera, place)) continue;
+        if (!foot || !top || hidden_from(camera, body, place).whole) continue;
         const double distance = (camera.view->position() - Eigen::Vector3d(place.x(), place.y(), 0.5 * body.height)).norm();
         const double reach = body.radius * camera.view->model.fx / std::max(distance, 0.1);
         const auto cell = [&](double pixel, int size) { return std::clamp(static_cast<int>(std::clamp(pixel, -1e6, 1e6) / evidence.scale), 0, size); };
@@ -374,8 +365,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     std::vector<End> ends;
     place.seen.assign(cameras.size(), 0);
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-        if (!in_sight(cameras[c], {place.pose.x, place.pose.y})) continue;
-        const PlaceScore here = score_place(*cameras[c].view, *cameras[c].evidence, body, place.pose, settings_.score, memory_);
+        const PlaceScore here = score_place(cameras[c], body, place.pose, settings_.score, memory_);
         if (!here.in_picture || here.log_ratio < 1) continue;
         place.seen[c] = 1;
         filled += here.samples * here.filled;

@@ -10,16 +10,6 @@
 
 namespace roomfix {
 
-/// One camera's part of a moment.
-struct SeenBy {
-    const View* view = nullptr;
-    const Evidence* evidence = nullptr;
-    const std::vector<Polyline>* walls = nullptr;  // that nobody sees through; null: none
-};
-
-/// Does no wall stand between the camera and a place on the floor? A wall on which the camera hangs is none.
-bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place);
-
 struct BodySearchSettings {
     PlaceScoreSettings score;
     double samples_together = 80;   // of a body in each of several cameras: a near one must not outvote the others, since what the description leaves

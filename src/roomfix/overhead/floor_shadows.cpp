@@ -11,6 +11,11 @@ constexpr float least_doubtful = 1.2f;  // pixels of a cell that may as well be 
 constexpr float plainly_floor = 0.95f;  // part of the pixels there that show the background
 constexpr int reach = 1;                // px around the place in the other camera: calibrations are not exact
 
+/// Does no wall stand between the camera and a place on the floor?
+bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place) {
+    return !camera.walls || !wall_cover(*camera.view, *camera.walls, place, 0, 0, camera.evidence->scale).whole;
+}
+
 float doubtful_in(const Evidence& evidence, int left, int top) {
     float sum = 0;
     for (int y = top; y < std::min(top + cell, evidence.height); ++y) {

@@ -94,7 +94,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     // An outline fitted to what is not that solid states millimetres and is centimetres off.
     std::erase_if(result.observations, [&](const SilhouetteObservation& o) {
         if (robots_[static_cast<std::size_t>(o.robot)].many) return false;
-        if (!in_sight(seen, {o.pose.x, o.pose.y})) return true;
+        if (hidden_from(seen, bodies_.body(o.robot), {o.pose.x, o.pose.y}).whole) return true;
         if (bodies_.shows(seen, o.robot, o.pose)) note_outline(o);
         return !is_exact(o);
     });

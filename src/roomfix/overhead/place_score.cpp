@@ -49,9 +49,17 @@ double clutter_around(const Evidence& evidence, const BodyMask& mask, const Evid
 
 }  // namespace
 
-PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
-                       bool coarse, double most_samples, const NearBody* near) {
+WallCover hidden_from(const SeenBy& camera, const Body& body, const Eigen::Vector2d& place) {
+    return camera.walls ? wall_cover(*camera.view, *camera.walls, place, body.radius, body.height, camera.evidence->scale) : WallCover();
+}
+
+PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory, bool coarse,
+                       double most_samples, const NearBody* near) {
     PlaceScore score;
+    const View& view = *camera.view;
+    const Evidence& evidence = *camera.evidence;
+    const WallCover hidden = hidden_from(camera, body, {pose.x, pose.y});
+    if (hidden.whole) return score;
     BodyMask& mask = memory.mask;
     int step = 1;
     if (body.parts.size() == 1) {
@@ -67,6 +75,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
         } else {
             cover(view, parts, pose, evidence.width, evidence.height, evidence.scale, step, mask);
         }
+        take_away(hidden, mask);
     };
     cover_with(body.core, nearby ? &near->core : nullptr);
     if (!mask.valid) return score;
@@ -90,7 +99,7 @@ PlaceScore score_place(const View& view, const Evidence& evidence, const Body& b
     double ratio = body_here - nothing_here;
     if (!coarse && body.placed_by_look() && evidence.with_colours) {
         const LookScore look = score_look(view, evidence, body.learned->look, pose, settings.look.usual_clutter, settings.look, memory.spots);
-        if (look.seen >= settings.look.least_spots) ratio = look.per_spot * mask.whole / pixels_per_sample;
+        if (look.seen >= settings.look.least_spots && hidden.none()) ratio = look.per_spot * mask.whole / pixels_per_sample;
     }
     // It may be hidden altogether.
     score.log_ratio = ratio > 20 ? ratio + std::log(1 - settings.hidden) : std::log(settings.hidden + (1 - settings.hidden) * std::exp(ratio));

@@ -5,6 +5,7 @@
 #include "roomfix/overhead/body.hpp"
 #include "roomfix/overhead/look_score.hpp"
 #include "roomfix/overhead/near_outlines.hpp"
+#include "roomfix/overhead/wall_cover.hpp"
 
 namespace roomfix {
 
@@ -25,6 +26,16 @@ struct PlaceScoreSettings {
     LookSettings look;
 };
 
+/// One camera's part of a moment.
+struct SeenBy {
+    const View* view = nullptr;
+    const Evidence* evidence = nullptr;
+    const std::vector<Polyline>* walls = nullptr;  // that nobody sees through; null: none
+};
+
+/// What walls hide from the camera of a body that stands at a place (m, map).
+WallCover hidden_from(const SeenBy& camera, const Body& body, const Eigen::Vector2d& place);
+
 struct PlaceScore {
     double log_ratio = 0;  // nats, 0: the camera says nothing
     double samples = 0;    // independent pixels of the body in the picture
@@ -39,9 +50,10 @@ struct PlaceMemory {
     std::vector<SeenSpot> spots;
 };
 
-/// Where the body's look is known and the evidence has its colours, they decide instead of how much differs. `coarse`: they are left out.
-/// `most_samples`: of a whole body, however large it is in the picture. `near`: the body's outlines around the pose, where they were prepared.
-PlaceScore score_place(const View& view, const Evidence& evidence, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory,
-                       bool coarse = false, double most_samples = 1e9, const NearBody* near = nullptr);
+/// What walls hide of the body says nothing. Where the body's look is known and the evidence has its colours, they decide instead of how much differs.
+/// `coarse`: they are left out. `most_samples`: of a whole body, however large it is in the picture. `near`: the body's outlines around the pose, where they
+/// were prepared.
+PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory, bool coarse = false,
+                       double most_samples = 1e9, const NearBody* near = nullptr);
 
 }  // namespace roomfix
