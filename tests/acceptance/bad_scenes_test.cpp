@@ -147,6 +147,17 @@ TEST(BadScenes, TwoRobotsTouchForAMinute) {
 }
 
 /// Pictures are missing for 2 s, some come twice with another time, one is stamped long before its time and one long after.
+TEST(BadScenes, ARobotDrivesBehindAWallAndComesBack) {
+    Scenario scenario = aisle(37, 5);
+    add(scenario, robot("r1", small_box, {{7.45, 6.0}, {7.9, 6.0}, {7.9, 7.3}, {7.45, 7.3}}, 0.25, 0.6));
+    const Replayed replayed = replay(write("wall", scenario, 32, 1));
+    const json r1 = robot_in(replayed.report, "r1");
+    fmt::print("behind a wall and back, twice: ok {}, off by at most {:.0f} mm, NEES {:.2f}\n", fixes_from(replayed, "r1", 0).ok,
+               1e3 * r1["position"]["max"].get<double>(), r1["nees"]["mean"].get<double>());
+    EXPECT_GT(fixes_from(replayed, "r1", 0).ok, 80);
+    EXPECT_LT(r1["nees"]["mean"], 3);
+}
+
 TEST(BadScenes, ACameraStutters) {
     Scenario scenario = aisle(34, 10);
     add(scenario, robot("r1", small_box, round_trip));

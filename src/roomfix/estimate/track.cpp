@@ -355,8 +355,37 @@ void doubt_the_front(Track& track, const PoseObservation& observation, const Tra
     add_places(track, places_of(observation), front_doubt, models);
 }
 
+/// A body that looks the same from several sides, of a robot that is hardly known to face one of them: each is a hypothesis of its own.
+void face_each_way(Track& track, const PoseObservation& observation) {
+    if (observation.like_turns < 2 || !observation.yaw_known) return;
+    constexpr double far = 2;  // standard deviations: half a turn farther is out of the question
+    const double turn = 2 * std::numbers::pi / observation.like_turns;
+    auto& hypotheses = track.belief.hypotheses;
+    const std::size_t before = hypotheses.size();
+    for (std::size_t i = 0; i < before; ++i) {
+        const Belief& belief = hypotheses[i].belief;
+        const double variance = belief.covariance(state_yaw, state_yaw) + observation.covariance(2, 2);
+        if (far * std::sqrt(variance) < 0.5 * turn) continue;
+        const std::size_t last = hypotheses.size();
+        const double nearest = std::remainder(observation.pose.yaw - belief.mean[state_yaw], turn);
+        double sum = 1;
+        for (int k = 1; k < observation.like_turns && hypotheses.size() < most_hypotheses; ++k) {
+            Hypothesis other = hypotheses[i];
+            const double off = std::remainder(nearest + k * turn, 2 * std::numbers::pi);
+            const double weight = std::exp(-0.5 * (off * off - nearest * nearest) / variance);
+            other.belief.mean[state_yaw] = wrap_angle(other.belief.mean[state_yaw] + off - nearest);
+            other.log_weight += std::log(weight);
+            hypotheses.push_back(other);
+            sum += weight;
+        }
+        hypotheses[i].log_weight -= std::log(sum);
+        for (std::size_t k = last; k < hypotheses.size(); ++k) hypotheses[k].log_weight -= std::log(sum);
+    }
+}
+
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain) {
     doubt_the_front(track, observation, models);
+    face_each_way(track, observation);
     const PoseSource& errors = models.fixed.at(source);
     OutlierModel outliers = outlier_model(observation.yaw_known ? 3 : 2, models.settings);
     if (certain) outliers.gate = std::numeric_limits<double>::infinity();
