@@ -10,14 +10,10 @@ import subprocess
 import unittest
 
 from live_site import LiveHall, Page, evaluate
-from peers import Broker, Postgres, Process, fixes_of, free_port, program, source, temporary_folder, wait_until
+from peers import Broker, Postgres, Process, cyclone_on_loopback, fixes_of, free_port, loopback_only, program, source, temporary_folder, wait_until
 
 dds_listener = os.environ.get("ROOMFIX_DDS_LISTENER")
 seconds = 9  # of the drive
-loopback_only = os.environ | {"ROS_LOCALHOST_ONLY": "1"}
-cyclone_on_loopback = os.environ | {"CYCLONEDDS_URI": (
-    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><Peers><Peer address="127.0.0.1"/></Peers>'
-    "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>")}
 
 
 def quantile(values, q):

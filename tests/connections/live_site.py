@@ -57,9 +57,9 @@ class LiveCamera:
 
 
 class LiveHall:
-    """The hall of Li 2014 with its three cameras. The robot stands where its drive begins until `drive()`, and then where it ends."""
+    """The hall of Li 2014 with its three cameras. The robot stands where its drive begins until `drive()`, and then where it ends, or it comes back the same way."""
 
-    def __init__(self, folder, seconds):
+    def __init__(self, folder, seconds, there_and_back=False):
         self.folder = pathlib.Path(folder)
         self.session = self.folder / "hall"
         subprocess.run([program, "simulate", "li2014", "-o", self.session, "--duration", str(seconds)], check=True, stderr=subprocess.DEVNULL)
@@ -67,19 +67,27 @@ class LiveHall:
             self.way = [(float(line["x"]), float(line["y"]), float(line["yaw"])) for line in csv.DictReader(file)]
         sizes = re.findall(r"size: \[(\d+), (\d+)\]\n", (self.session / "site.yaml").read_text())
         self.cameras = {f"hall{i}": LiveCamera(self.folder, self.session / f"frames/hall{i}", [int(number) for number in sizes[i - 1]]) for i in (1, 2, 3)}
+        last = len(self.way) - 1
+        slowly = [last - k for k, pictures in ((4, 2), (3, 2), (2, 3), (1, 4), (0, 8)) for _ in range(pictures)]  # it stops, and starts the other way
+        there = list(range(last - 4)) + slowly
+        there = [last - number for number in slowly[::-1]] + there[5:]
+        self.numbers = there + there[::-1] if there_and_back else list(range(last + 1))
+        self.there_and_back = there_and_back
         self.shown = []  # when each picture was taken, ns since 1970, and which one it was
         self.begins = self.ending = None
         self.player = threading.Thread(target=self.play, daemon=True)
         self.player.start()
 
     def play(self):
-        due, number = time.time(), 0
+        due, step = time.time(), 0
         while not self.ending:
             moment = time.time_ns()
+            number = self.numbers[step]
             self.shown.append((moment, number))
             for camera in self.cameras.values():
                 camera.show(number, moment)
-            number = min(number + (self.begins is not None), len(self.way) - 1)
+            if self.begins is not None:
+                step = (step + 1) % len(self.numbers) if self.there_and_back else min(step + 1, len(self.numbers) - 1)
             due = max(due + period, time.time())
             time.sleep(max(0.0, due - time.time()))
 

@@ -10,6 +10,11 @@ import tempfile
 import time
 
 program = os.environ["ROOMFIX"]
+# DDS of this machine only.
+loopback_only = os.environ | {"ROS_LOCALHOST_ONLY": "1"}
+cyclone_on_loopback = os.environ | {"CYCLONEDDS_URI": (
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><Peers><Peer address="127.0.0.1"/></Peers>'
+    "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>")}
 source = pathlib.Path(__file__).resolve().parents[2]
 
 
