@@ -67,7 +67,7 @@ private:
     SiteTracker& tracker_;
     SessionRecorder* recorder_ = nullptr;
     std::atomic<double> last_batch_{0};  // s, steady: when sinks last got something
-    std::mutex senses_mutex_;  // held while recorded readings are told: live cameras and recordings may ask for them at once
+    std::mutex senses_mutex_;            // held while recorded readings are told: live cameras and recordings may ask for them at once
     std::unique_ptr<RecordedSenses> recorded_;
     mutable std::mutex states_mutex_;  // held while what follows is changed or asked for its state; fixes go to the sinks that were there before the run
     std::vector<std::unique_ptr<SinkQueue>> sinks_;
