@@ -77,6 +77,12 @@ TEST(FixJson, IsOneLineOfValidJson) {
     EXPECT_EQ(json["covariance"].size(), 9U);
     EXPECT_DOUBLE_EQ(json["covariance"][4].get<double>(), 2e-4);
     EXPECT_FALSE(json.contains("reason"));
+    EXPECT_FALSE(json.contains("velocity"));
+    fix.velocity = Eigen::Vector3d(0.25, -0.5, 0.125);
+    fix.velocity_covariance = Eigen::Vector3d(0.01, 0.02, 0.03).asDiagonal();
+    const auto moving = nlohmann::json::parse(fix_line(fix));
+    EXPECT_EQ(moving["velocity"], nlohmann::json({0.25, -0.5, 0.125}));
+    EXPECT_DOUBLE_EQ(moving["velocity_covariance"][8].get<double>(), 0.03);
     Fix none;
     none.reason = "nothing differs\nfrom the background";
     const auto nothing = nlohmann::json::parse(fix_line(none));

@@ -134,6 +134,19 @@ TEST(RecordedFixes, GoOnAfterABadLineAndKeepEveryNanosecond) {
     EXPECT_EQ(recorded.problems[0].rfind("line 2: ", 0), 0U);
 }
 
+TEST(RecordedFixes, HaveTheirVelocity) {
+    const std::string fix = "{\"time\": 1, \"robot\": \"r1\", \"status\": \"ok\", \"x\": 1, \"y\": 2, \"yaw\": 0, \"covariance\": [1,0,0,0,1,0,0,0,1], ";
+    const RecordedFixes recorded = parse_fixes(fix + "\"velocity\": [0.5, -0.25, 0.1], \"velocity_covariance\": [4,1,0,1,5,0,0,0,6]}\n" +  //
+                                               fix + "\"velocity\": [0.5, -0.25, 0.1]}\n" +                                                //
+                                               fix + "\"velocity\": [0.5], \"velocity_covariance\": [4,1,0,1,5,0,0,0,6]}\n");
+    ASSERT_EQ(recorded.fixes.size(), 1U);
+    ASSERT_TRUE(recorded.fixes[0].velocity);
+    EXPECT_EQ(*recorded.fixes[0].velocity, Eigen::Vector3d(0.5, -0.25, 0.1));
+    EXPECT_EQ(recorded.fixes[0].velocity_covariance(0, 1), 1);
+    EXPECT_EQ(recorded.fixes[0].velocity_covariance(2, 2), 6);
+    EXPECT_EQ(recorded.problems.size(), 2U);
+}
+
 /// The truth that knows places only.
 Truth without_yaws(Truth truth) {
     for (auto& [robot, poses] : truth) {

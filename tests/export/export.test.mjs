@@ -156,12 +156,25 @@ test('a drive with wheels comes back whole', async () => {
   assert.ok(read.reader.chunkIndexes.length > 1, 'several chunks');
   assert.equal(attachments[0].name, 'site.yaml');
   assert.deepEqual(Buffer.from(attachments[0].data), readFileSync(join(folder, 'drive', 'site.yaml')));
-  assert.deepEqual(Object.keys(topics).sort(), ['/r/odom', '/r/pose', '/r/truth', '/tf']);
+  assert.deepEqual(Object.keys(topics).sort(), ['/r/odom', '/r/odometry', '/r/pose', '/r/truth', '/tf']);
 
   const fixes = fixesOf('drive');
   assert.equal(topics['/r/pose'].type, 'geometry_msgs/msg/PoseWithCovarianceStamped');
   assert.equal(topics['/r/pose'].messages.length, fixes.length);
   fixes.forEach((fix, i) => checkPose(topics['/r/pose'].messages[i], fix));
+
+  const moving = fixes.filter((fix) => fix.velocity && fix.yaw !== null);
+  assert.ok(moving.length > 0.5 * fixes.length, `${moving.length} of ${fixes.length} fixes have a velocity`);
+  assert.equal(topics['/r/odometry'].messages.length, moving.length);
+  moving.forEach((fix, i) => {
+    const { value } = topics['/r/odometry'].messages[i], { linear, angular } = value.twist.twist;
+    assert.deepEqual([value.header.frame_id, value.child_frame_id], ['map', 'base_link']);
+    near(Math.sin(yawOf(value.pose.pose.orientation) - fix.yaw), 0, 'yaw');
+    near(Math.cos(fix.yaw) * linear.x - Math.sin(fix.yaw) * linear.y, fix.velocity[0], 'velocity in x');
+    near(Math.sin(fix.yaw) * linear.x + Math.cos(fix.yaw) * linear.y, fix.velocity[1], 'velocity in y');
+    near(angular.z, fix.velocity[2], 'turning');
+    for (let k = 0; k < 6; ++k) assert.ok(value.twist.covariance[7 * k] > 0);
+  });
 
   const odometry = csv(join(folder, 'drive', 'odometry.csv'));
   assert.equal(topics['/r/odom'].type, 'nav_msgs/msg/Odometry');

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -67,6 +68,25 @@ void print_pose(const geometry_msgs_msg_dds__PoseWithCovarianceStamped_& message
     std::printf("]}}\n");
 }
 
+void print_numbers(const char* name, const double* values, uint32_t count) {
+    std::printf(", \"%s\": [", name);
+    for (uint32_t i = 0; i < count; ++i) std::printf("%s%.17g", i > 0 ? ", " : "", values[i]);
+    std::printf("]");
+}
+
+void print_odometry(const nav_msgs_msg_dds__Odometry_& message) {
+    std::printf("{\"odometry\": {");
+    print_stamp(message.header);
+    std::printf(", \"child\": \"%s\"", message.child_frame_id);
+    print_place(message.pose.pose.position, message.pose.pose.orientation);
+    const geometry_msgs_msg_dds__Vector3_ &linear = message.twist.twist.linear, &angular = message.twist.twist.angular;
+    const double twist[] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
+    print_numbers("twist", twist, 6);
+    print_numbers("covariance", message.pose.covariance, 36);
+    print_numbers("twist_covariance", message.twist.covariance, 36);
+    std::printf("}}\n");
+}
+
 void print_transforms(const tf2_msgs_msg_dds__TFMessage_& message) {
     for (uint32_t i = 0; i < message.transforms._length; ++i) {
         const geometry_msgs_msg_dds__TransformStamped_& t = message.transforms._buffer[i];
@@ -91,12 +111,6 @@ void print_states(const diagnostic_msgs_msg_dds__DiagnosticArray_& message) {
     }
 }
 
-void print_numbers(const char* name, const double* values, uint32_t count) {
-    std::printf(", \"%s\": [", name);
-    for (uint32_t i = 0; i < count; ++i) std::printf("%s%.17g", i > 0 ? ", " : "", values[i]);
-    std::printf("]");
-}
-
 void print_camera(const sensor_msgs_msg_dds__CameraInfo_& message) {
     std::printf("{\"camera\": {");
     print_stamp(message.header);
@@ -106,6 +120,66 @@ void print_camera(const sensor_msgs_msg_dds__CameraInfo_& message) {
     print_numbers("r", message.r, 9);
     print_numbers("p", message.p, 12);
     std::printf("}}\n");
+}
+
+void print_guid(const uint8_t* guid) {
+    std::printf("\"");
+    for (int i = 0; i < 16; ++i) std::printf("%02x", static_cast<unsigned>(guid[i]));
+    std::printf("\"");
+}
+
+/// Which topics belong to which node, as `ros2 node list` and `ros2 topic info` would show it.
+void print_graph(const rmw_dds_common_msg_dds__ParticipantEntitiesInfo_& message) {
+    for (uint32_t i = 0; i < message.node_entities_info_seq._length; ++i) {
+        const rmw_dds_common_msg_dds__NodeEntitiesInfo_& node = message.node_entities_info_seq._buffer[i];
+        std::printf("{\"node\": {\"name\": \"%s%s\", \"readers\": %u, \"participant\": ", node.node_namespace, node.node_name, node.reader_gid_seq._length);
+        print_guid(message.gid.data);
+        std::printf(", \"writers\": [");
+        for (uint32_t k = 0; k < node.writer_gid_seq._length; ++k) {
+            std::printf("%s", k > 0 ? ", " : "");
+            print_guid(node.writer_gid_seq._buffer[k].data);
+        }
+        std::printf("]}}\n");
+    }
+}
+
+/// Tells of itself as a node does, so that others see which ROS it is of. Gives the reader of what they tell.
+dds_entity_t join_graph(dds_entity_t participant) {
+    dds_qos_t* qos = dds_create_qos();
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+    dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 100);
+    const dds_entity_t topic = dds_create_topic(participant, &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc, "ros_discovery_info", nullptr, nullptr);
+    const dds_entity_t reader = dds_create_reader(participant, topic, qos, nullptr);
+    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 1);
+    const dds_entity_t writer = dds_create_writer(participant, topic, qos, nullptr);
+    if (topic < 0 || reader < 0 || writer < 0) die("ros_discovery_info", writer);
+    dds_delete_qos(qos);
+    char space[] = "/", name[] = "listener";
+    rmw_dds_common_msg_dds__NodeEntitiesInfo_ node = {};
+    node.node_namespace = space;
+    node.node_name = name;
+    rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ info = {};
+    dds_guid_t guid;
+    if (dds_get_guid(participant, &guid) == DDS_RETCODE_OK) std::copy(guid.v, guid.v + sizeof guid.v, info.gid.data);
+    info.node_entities_info_seq._maximum = info.node_entities_info_seq._length = 1;
+    info.node_entities_info_seq._buffer = &node;
+    if (const dds_return_t told = dds_write(writer, &info); told != DDS_RETCODE_OK) die("ros_discovery_info", told);
+    return reader;
+}
+
+/// By DDS's own numbers, who publishes what a reader gets.
+void print_publications(dds_entity_t reader) {
+    dds_instance_handle_t handles[at_once];
+    const dds_return_t count = dds_get_matched_publications(reader, handles, at_once);
+    for (dds_return_t i = 0; i < count && i < at_once; ++i) {
+        dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, handles[i]);
+        if (endpoint == nullptr) continue;
+        std::printf("{\"publication\": {\"topic\": \"%s\", \"type\": \"%s\", \"writer\": ", endpoint->topic_name, endpoint->type_name);
+        print_guid(endpoint->key.v);
+        std::printf("}}\n");
+        dds_builtintopic_free_endpoint(endpoint);
+    }
 }
 
 bool stdin_is_closed() {
@@ -124,11 +198,13 @@ int main(int argc, char** argv) {
     const dds_entity_t participant = dds_create_participant(static_cast<dds_domainid_t>(std::atoi(argv[1])), nullptr, nullptr);
     if (participant < 0) die("participant", participant);
     const dds_entity_t poses = subscribe(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, std::string("rt/") + argv[2] + "/pose");
+    const dds_entity_t odometry = subscribe(participant, nav_msgs_msg_dds__Odometry__desc, std::string("rt/") + argv[2] + "/odometry");
     const dds_entity_t transforms = subscribe(participant, tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
     const dds_entity_t states = subscribe(participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
     const dds_entity_t cameras = subscribe(participant, sensor_msgs_msg_dds__CameraInfo__desc, std::string("rt/") + argv[3] + "/camera_info");
+    const dds_entity_t graph = join_graph(participant);
     const dds_entity_t waiting = dds_create_waitset(participant);
-    for (const dds_entity_t reader : {poses, transforms, states, cameras}) {
+    for (const dds_entity_t reader : {poses, odometry, transforms, states, cameras, graph}) {
         dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
         dds_waitset_attach(waiting, reader, reader);
     }
@@ -136,8 +212,11 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
     for (bool last = false; !last;) {
         last = stdin_is_closed();  // what has come until then is still printed
+        if (last) print_publications(odometry);
         dds_waitset_wait(waiting, nullptr, 0, DDS_MSECS(100));
         take<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>(poses, print_pose);
+        take<nav_msgs_msg_dds__Odometry_>(odometry, print_odometry);
+        take<rmw_dds_common_msg_dds__ParticipantEntitiesInfo_>(graph, print_graph);
         take<tf2_msgs_msg_dds__TFMessage_>(transforms, print_transforms);
         take<diagnostic_msgs_msg_dds__DiagnosticArray_>(states, print_states);
         take<sensor_msgs_msg_dds__CameraInfo_>(cameras, print_camera);

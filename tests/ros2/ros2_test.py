@@ -9,12 +9,9 @@ import subprocess
 import sys
 import tempfile
 
+from ros2_peer import apart, cyclone, domain, time_of
+
 program, listener, examples = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
-domain = 1 + os.getpid() % 33
-# Everything stays on this machine, and on its loopback interface.
-loopback = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General>
-<Discovery><Peers><Peer address="127.0.0.1"/></Peers><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery>
-</Domain></CycloneDDS>"""
 
 
 class Run:
@@ -22,8 +19,7 @@ class Run:
 
     def __init__(self, session, domain, word, speed):
         self.folder, self.domain = session, domain
-        self.listener = subprocess.Popen([listener, str(domain), word, "hall1"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                                         env=os.environ | {"CYCLONEDDS_URI": loopback})
+        self.listener = subprocess.Popen([listener, str(domain), word, "hall1"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=cyclone)
         assert self.listener.stdout.readline() == '{"listening": true}\n'
         command = [program, "run", str(session / "site.yaml"), "--no-page", "--speed", str(speed), "--fixes", str(session / "fixes.jsonl")]
         self.program = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ | {"ROS_LOCALHOST_ONLY": "1"})
@@ -36,6 +32,7 @@ class Run:
         assert self.listener.returncode == 0
         messages = [json.loads(line) for line in text.splitlines()]
         self.poses = [m["pose"] for m in messages if "pose" in m]
+        self.odometry = [m["odometry"] for m in messages if "odometry" in m]
         self.transforms = [m["transform"] for m in messages if "transform" in m]
         self.states = [m["state"] for m in messages if "state" in m]
         self.cameras = [m["camera"] for m in messages if "camera" in m]
@@ -51,10 +48,6 @@ def nanoseconds(text):
 
 def stamp(line):
     return nanoseconds(line.split('"time": ')[1].split(",")[0])
-
-
-def time_of(message):
-    return message["sec"] * 10**9 + message["nanosec"]
 
 
 def yaw_of(message):
@@ -102,6 +95,20 @@ def check_poses(run, least=50):
         places.append(place)
     assert places[-1] == len(run.fixes) - 1, "the last fix did not come"
     assert len(places) > 0.9 * (places[-1] - places[0] + 1), f"{len(places)} came of {places[-1] - places[0] + 1}"
+
+
+def check_odometry(run, child):
+    """With each pose that has a velocity comes an odometry of the same fix."""
+    moving = {(time, fix["x"], fix["y"]): fix for time, fix in run.fixes if "velocity" in fix and fix["yaw"] is not None}
+    posed = [key for key in ((time_of(pose), *(round(v, 6) for v in pose["position"][:2])) for pose in run.poses) if key in moving]
+    assert posed and len(run.odometry) > 0.9 * len(posed), f"{len(run.odometry)} came beside {len(posed)} poses"
+    for message in run.odometry:
+        assert (message["frame"], message["child"]) == ("map", child)
+        fix = moving[(time_of(message), *(round(value, 6) for value in message["position"][:2]))]
+        same_angle(yaw_of(message), fix["yaw"])
+        near(math.hypot(*message["twist"][:2]), math.hypot(*fix["velocity"][:2]), 3e-6)
+        near(message["twist"][5], fix["velocity"][2])
+        assert all(message[name][7 * i] > 0 for name in ("covariance", "twist_covariance") for i in range(6))
 
 
 def odometry_of(folder):
@@ -188,16 +195,18 @@ def hall_session(session, domain):
 with tempfile.TemporaryDirectory() as folder:
     folder = pathlib.Path(folder)
     drive = drive_session(folder / "drive", "r", domain, True)
-    bare = drive_session(folder / "bare", "2-r", domain + 33, False, ", robot_transform: true")  # no word of ROS
-    hall = hall_session(folder / "hall", domain + 66)
-    drive, bare, hall = Run(drive, domain, "r", 10), Run(bare, domain + 33, "id_2_r", 10), Run(hall, domain + 66, "r1", 0.15)
+    bare = drive_session(folder / "bare", "2-r", domain + apart, False, ", robot_transform: true")  # no word of ROS
+    hall = hall_session(folder / "hall", domain + 2 * apart)
+    drive, bare, hall = Run(drive, domain, "r", 10), Run(bare, domain + apart, "id_2_r", 10), Run(hall, domain + 2 * apart, "r1", 0.15)
     for run in (drive, bare, hall):
         run.finish()
     check_poses(drive)
     check_odometry_chain(drive)
+    check_odometry(drive, "base_link")
     check_states(drive, "r")
     check_poses(bare)
     check_robot_transforms(bare, "id_2_r")
+    check_odometry(bare, "base_link")
     check_states(bare, "2-r")
     check_poses(hall, 2)
     check_odometry_chain(hall, 2)

@@ -287,6 +287,21 @@ TEST(LoadSite, RefusesAnUnknownDriveAndOdometryOfMany) {
     EXPECT_TRUE(problem_with(many, "robots.cart.odometry: there are many of this robot"));
 }
 
+TEST(LoadSite, WheelsMayComeOnARosTopicThatIsNobodyElses) {
+    const auto sources = [](const std::string& of_r1, const std::string& of_lift) {
+        const std::string one = with(good, "r1: {shape: box,", "r1: {odometry: {source: '" + of_r1 + "'}, shape: box,");
+        return with(one, "lift: {shape: box,", "lift: {odometry: {source: '" + of_lift + "'}, shape: box,");
+    };
+    for (const Problem& problem : parse_site(sources("ros2:/r1/odom", "ros2:/lift_2/odom"), "/somewhere").problems)
+        EXPECT_FALSE(problem.fatal) << problem.message;
+    EXPECT_TRUE(problem_with(parse_site(sources("ros2:/odom", "ros2:/odom"), "/somewhere"), "robots.lift has the same odometry source as r1"));
+    for (const char* name : {"odom", "", "/", "/r1/", "//odom", "/1/odom", "/a-b", "/a__b", "/a b"}) {
+        EXPECT_TRUE(problem_with(parse_site(sources(std::string("ros2:") + name, "x.csv"), "/somewhere"), "write the whole name of a topic")) << name;
+    }
+    EXPECT_TRUE(problem_with(parse_site(with(good, "source: /dev/ttyUSB0", "source: 'ros2:/ranges'"), "/somewhere"),
+                             "robots.lift has a source 'ros2:...' that is not its odometry's"));
+}
+
 TEST(LoadSession, GivesRobotsTheFoldersOdometryWhereTheSiteFileNamesNone) {
     const auto folder = std::filesystem::temp_directory_path() / "roomfix_load_session";
     std::filesystem::create_directories(folder);

@@ -27,6 +27,11 @@ std::string covariance_text(const Eigen::Matrix3d& covariance) {
     return text + "]";
 }
 
+std::string velocity_fields(const Eigen::Vector3d& velocity, const Eigen::Matrix3d& covariance) {
+    const std::string text = rounded(velocity.x()) + ", " + rounded(velocity.y()) + ", " + rounded(velocity.z());
+    return ", \"velocity\": [" + text + "], \"velocity_covariance\": " + covariance_text(covariance);
+}
+
 }  // namespace
 
 const char* name_of(FixStatus status) {
@@ -43,6 +48,7 @@ std::string fix_line(const Fix& fix) {
         line += ", \"reason\": " + quoted(fix.reason);
     } else {
         line += ", " + pose_fields(fix.pose, fix.yaw_known) + ", \"covariance\": " + covariance_text(fix.covariance);
+        if (fix.velocity) line += velocity_fields(*fix.velocity, fix.velocity_covariance);
     }
     if (fix.map_from_camera) {
         const Eigen::Vector3d& p = fix.map_from_camera->translation();

@@ -10,7 +10,7 @@
 namespace roomfix::ros {
 namespace {
 
-constexpr double height_variance = 1e-4;                             // m^2
+constexpr double height_variance = 1e-4;                             // m^2; of speeds m^2/s^2
 constexpr double tilt_variance = 1e-4;                               // rad^2, roll and pitch
 constexpr double any_yaw = std::numbers::pi * std::numbers::pi / 3;  // rad^2, of all directions alike
 constexpr std::array<std::size_t, 3> planar_axes = {0, 1, 5};        // x, y, yaw among the six
@@ -54,6 +54,22 @@ Covariance planar_covariance(const Eigen::Matrix3d& covariance, bool yaw_known) 
 PoseWithCovarianceStamped pose_message(const Fix& fix) {
     const Pose2 pose{fix.pose.x, fix.pose.y, fix.yaw_known ? fix.pose.yaw : 0};
     return {{fix.time, map_frame}, pose_of(pose), planar_covariance(fix.covariance, fix.yaw_known)};
+}
+
+bool has_twist(const Fix& fix) {
+    return fix.yaw_known && has_pose(fix) && fix.velocity && fix.velocity->allFinite() && is_covariance<3>(fix.velocity_covariance);
+}
+
+Odometry odometry_message(const Fix& fix, const std::string& child) {
+    const Eigen::Matrix3d own_from_map = Eigen::AngleAxisd(-fix.pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();  // of velocities
+    const Eigen::Vector3d own = own_from_map * fix.velocity.value_or(Eigen::Vector3d::Zero());
+    const Eigen::Vector3d by_yaw(own.y(), -own.x(), 0);
+    const Eigen::Matrix3d covariance = own_from_map * fix.velocity_covariance * own_from_map.transpose() + fix.covariance(2, 2) * by_yaw * by_yaw.transpose();
+    Odometry message{{fix.time, map_frame}, child, pose_of(fix.pose), planar_covariance(fix.covariance, true)};
+    message.linear = {own.x(), own.y(), 0};
+    message.angular = {0, 0, own.z()};
+    message.twist_covariance = planar_covariance(covariance, true);
+    return message;
 }
 
 TransformStamped transform_message(Nanoseconds time, const std::string& frame, const std::string& child, const Pose2& frame_from_child) {

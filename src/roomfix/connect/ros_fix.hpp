@@ -21,6 +21,13 @@ Covariance planar_covariance(const Eigen::Matrix3d& covariance, bool yaw_known);
 /// In the frame `map`. The fix must have a pose; a yaw that is not known is written as 0, with the variance of all directions alike.
 PoseWithCovarianceStamped pose_message(const Fix& fix);
 
+/// Has the fix a velocity in the robot's own axes: a velocity and a yaw, each with a covariance that is one?
+bool has_twist(const Fix& fix);
+
+/// In the frame `map`, of the robot's frame `child`, with the twist in its axes. The fix must have a pose and a twist. That the errors of yaw and velocity go
+/// together is not known here: the twist's variance across is never too small for it.
+Odometry odometry_message(const Fix& fix, const std::string& child);
+
 TransformStamped transform_message(Nanoseconds time, const std::string& frame, const std::string& child, const Pose2& frame_from_child);
 
 /// Where the frame `odom` is in the map, from where the robot is in both at the same time.

@@ -1,12 +1,14 @@
 #include "roomfix/connect/ros_message.hpp"
 
+#include "roomfix/connect/cdr_reader.hpp"
 #include "roomfix/connect/cdr_writer.hpp"
 
 namespace roomfix::ros {
 namespace {
 
+constexpr Nanoseconds second = 1'000'000'000;
+
 void put(CdrWriter& cdr, const Header& header) {
-    constexpr Nanoseconds second = 1'000'000'000;
     cdr.put(static_cast<std::int32_t>(header.stamp / second));
     cdr.put(static_cast<std::uint32_t>(header.stamp % second));
     cdr.put(header.frame_id);
@@ -32,6 +34,18 @@ void put(CdrWriter& cdr, const DiagnosticStatus& status) {
         cdr.put(key);
         cdr.put(value);
     }
+}
+
+Eigen::Vector3d get_vector(CdrReader& cdr) {
+    Eigen::Vector3d vector;
+    for (double& value : vector) value = cdr.get<double>();
+    return vector;
+}
+
+Eigen::Quaterniond get_quaternion(CdrReader& cdr) {
+    Eigen::Quaterniond q;
+    for (double* value : {&q.x(), &q.y(), &q.z(), &q.w()}) *value = cdr.get<double>();
+    return q;
 }
 
 }  // namespace
@@ -98,6 +112,23 @@ Bytes encode(const CompressedImage& message) {
     cdr.put(message.format);
     cdr.put_bytes(message.data);
     return cdr.take();
+}
+
+std::optional<Odometry> decode_odometry(std::span<const std::uint8_t> message) {
+    CdrReader cdr(message);
+    Odometry odometry;
+    const auto seconds = cdr.get<std::int32_t>();
+    const auto nanoseconds = cdr.get<std::uint32_t>();
+    odometry.header = {second * seconds + nanoseconds, cdr.text()};
+    odometry.child_frame_id = cdr.text();
+    odometry.pose.position = get_vector(cdr);
+    odometry.pose.orientation = get_quaternion(cdr);
+    cdr.get(odometry.pose_covariance);
+    odometry.linear = get_vector(cdr);
+    odometry.angular = get_vector(cdr);
+    cdr.get(odometry.twist_covariance);
+    if (!cdr.good() || nanoseconds >= second || !can_state(odometry.header.stamp)) return std::nullopt;
+    return odometry;
 }
 
 }  // namespace roomfix::ros

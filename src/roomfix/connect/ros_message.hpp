@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -91,5 +93,8 @@ Bytes encode(const TFMessage& message);
 Bytes encode(const DiagnosticArray& message);
 Bytes encode(const CameraInfo& message);
 Bytes encode(const CompressedImage& message);
+
+/// Of any bytes; its numbers may be any, NaN and infinite ones too. Nothing where they are no such message, or its time is one that ROS cannot state.
+std::optional<Odometry> decode_odometry(std::span<const std::uint8_t> message);
 
 }  // namespace roomfix::ros

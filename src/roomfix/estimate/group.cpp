@@ -77,6 +77,24 @@ Eigen::Matrix3d spread_around_best(const RobotBelief& robot) {
     return spread;
 }
 
+/// How the robot drives and turns, where more is known of it than before it was seen. The other hypotheses' distance from the best counts as for the pose.
+void add_velocity(const Track& track, const TrackingModels& models, Fix& fix) {
+    const Belief& best = track.belief.best();
+    const bool drives_by_wheels = !models.driven[static_cast<std::size_t>(track.robot)].empty();
+    if (drives_by_wheels && !best.yaw_known()) return;  // how fast, but nobody knows where to
+    const Eigen::Vector3d velocity = best.velocity();
+    Eigen::Matrix3d covariance = best.covariance.block<3, 3>(state_vx, state_vx);
+    for (const Hypothesis& h : track.belief.hypotheses) {
+        const Eigen::Vector3d off = h.belief.velocity() - velocity;
+        covariance += std::exp(h.log_weight) * off * off.transpose();
+    }
+    const Eigen::Vector3d sideways(-velocity.y(), velocity.x(), 0);  // by which it changes where the front is another one
+    covariance += track.doubt(2, 2) * sideways * sideways.transpose();
+    if (!covariance.allFinite() || worst_sigma(covariance.topLeftCorner<2, 2>()) >= models.settings.start_speed) return;
+    fix.velocity = velocity;
+    fix.velocity_covariance = 0.5 * (covariance + covariance.transpose());
+}
+
 Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
     const TrackerSettings& settings = models.settings;
     predict(track, time, models);
@@ -114,6 +132,7 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
         if (std::any_of(track.sources.begin(), track.sources.end(), heard)) fix.covariance.topLeftCorner<2, 2>() += 0.5 * arm * Eigen::Matrix2d::Identity();
         course_as_yaw(best, models.motion[robot].drive == Drive::holonomic, fix);
     }
+    add_velocity(track, models, fix);
     for (const SourceHealth& source : track.sources) {
         if (to_seconds(time - source.seen) < settings.ok && !source.quarantined) fix.sources.push_back(models.source_name(source.source));
         if (source.judged_at == time && source.dimensions > 0) fix.nis.push_back({models.source_name(source.source), source.nis, source.dimensions});

@@ -33,6 +33,19 @@ double finite_number(const json& object, const char* key) {
     return value;
 }
 
+/// As many finite numbers as the matrix has, row by row.
+template <class Matrix>
+Matrix finite_numbers(const json& object, const char* key) {
+    Matrix matrix;
+    const json& numbers = object.at(key);
+    if (!numbers.is_array() || numbers.size() != static_cast<std::size_t>(matrix.size())) {
+        throw std::runtime_error(fmt::format("'{}' must have {} numbers", key, matrix.size()));
+    }
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) matrix(i / matrix.cols(), i % matrix.cols()) = numbers[static_cast<std::size_t>(i)].get<double>();
+    if (!matrix.allFinite()) throw std::runtime_error(fmt::format("'{}' is not finite", key));
+    return matrix;
+}
+
 /// The id of a thing that is no robot; nothing for a fix of a robot, or of a camera that belongs to none. Throws as `read_fix`.
 std::optional<std::string> unknown_thing(const json& object) {
     const auto robot = object.find("robot"), kind = object.find("kind");
@@ -65,10 +78,11 @@ Fix read_fix(const json& object, Nanoseconds time, const std::optional<std::stri
     fix.pose.y = finite_number(object, "y");
     fix.yaw_known = thing && !object.contains("yaw") ? false : !object.at("yaw").is_null();  // a thing need not say that nobody sees its front
     if (fix.yaw_known) fix.pose.yaw = finite_number(object, "yaw");
-    const json& covariance = object.at("covariance");
-    if (!covariance.is_array() || covariance.size() != 9) throw std::runtime_error("'covariance' must have 9 numbers");
-    for (int i = 0; i < 9; ++i) fix.covariance(i / 3, i % 3) = covariance[static_cast<std::size_t>(i)].get<double>();
-    if (!fix.covariance.allFinite()) throw std::runtime_error("'covariance' is not finite");
+    fix.covariance = finite_numbers<Eigen::Matrix3d>(object, "covariance");
+    if (object.contains("velocity")) {
+        fix.velocity = finite_numbers<Eigen::Vector3d>(object, "velocity");
+        fix.velocity_covariance = finite_numbers<Eigen::Matrix3d>(object, "velocity_covariance");
+    }
     fix.identity = object.value("identity", 1.0);
     if (object.contains("latency")) fix.latency = finite_number(object, "latency");
     if (const auto nis = object.find("nis"); nis != object.end()) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <set>
 
@@ -9,6 +10,7 @@
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/connect/udp_port.hpp"
 #include "roomfix/pipeline/mqtt_sink.hpp"
+#include "roomfix/pipeline/ros2_senses.hpp"
 
 namespace roomfix {
 namespace {
@@ -33,7 +35,7 @@ std::set<std::string> sources_of(const Site& site) {
 bool is_serial_line(const std::string& source) { return source.starts_with("/dev/"); }
 bool is_udp_address(const std::string& source) { return source.starts_with("udp://"); }
 bool is_mqtt_topic(const std::string& source) { return source.starts_with(topic_scheme); }
-bool is_live_sense(const std::string& source) { return is_serial_line(source) || is_udp_address(source) || is_mqtt_topic(source); }
+bool is_live_sense(const std::string& source) { return is_serial_line(source) || is_udp_address(source) || is_mqtt_topic(source) || is_ros_topic(source); }
 
 LiveSenses::LiveSenses(SiteTracker& tracker, const std::atomic<bool>& stop) : tracker_(tracker), stop_(stop) {
     const std::vector<SiteRobot>& robots = tracker.site().robots;
@@ -48,6 +50,8 @@ LiveSenses::LiveSenses(SiteTracker& tracker, const std::atomic<bool>& stop) : tr
         if (is_udp_address(source)) threads_.emplace_back([this, source] { listen_to_port(source); });
         if (is_mqtt_topic(source)) threads_.emplace_back([this, source] { listen_to_topic(source); });
     }
+    const auto by_ros = [](const SiteRobot& robot) { return robot.odometry && is_ros_topic(robot.odometry->source); };
+    if (std::any_of(robots.begin(), robots.end(), by_ros)) threads_.emplace_back([this] { listen_to_ros(); });
 }
 
 LiveSenses::~LiveSenses() { wait(); }
@@ -150,6 +154,25 @@ void LiveSenses::listen_to_topic(const std::string& source) {
             if (!problem.empty()) tracker_.add_problems({source + ": " + problem});
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+}
+
+/// All ROS 2 topics at once. Where the domain cannot be joined it is tried again; who publishes them may come and go.
+void LiveSenses::listen_to_ros() {
+    std::string problem;
+    while (!stop_) {
+        const auto senses = Ros2Senses::open(tracker_.site());
+        if (!senses && senses.error().message != problem) {
+            problem = senses.error().message;
+            tracker_.add_problems({problem});
+            for (const std::string& source : sources_of(tracker_.site())) {
+                if (is_ros_topic(source)) note(source, problem);
+            }
+        }
+        while (senses && !stop_) {
+            for (const Ros2Senses::Heard& heard : (*senses)->read(wait_for_bytes)) take(heard.source, {{}, heard.reports, {}}, heard.told);
+        }
+        wait_a_moment();
     }
 }
 

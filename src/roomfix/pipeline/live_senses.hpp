@@ -1,4 +1,4 @@
-// Readings that come as they come, from serial lines, UDP and MQTT, into a tracker.
+// Readings that come as they come, from serial lines, UDP, MQTT and ROS 2, into a tracker.
 #pragma once
 
 #include <atomic>
@@ -22,7 +22,7 @@ struct SenseState {
     long readings = 0;    // that were used
 };
 
-/// Kinds of sources that give readings as they come: /dev/..., udp://HOST:PORT, mqtt:TOPIC.
+/// Kinds of sources that give readings as they come: /dev/..., udp://HOST:PORT, mqtt:TOPIC, ros2:/TOPIC (`is_ros_topic`).
 bool is_serial_line(const std::string& source);
 bool is_udp_address(const std::string& source);
 bool is_mqtt_topic(const std::string& source);
@@ -38,6 +38,8 @@ public:
     LiveSenses(const LiveSenses&) = delete;
     LiveSenses& operator=(const LiveSenses&) = delete;
 
+    /// Is there anything to listen to?
+    bool listens() const { return !threads_.empty(); }
     /// Until `stop` is set, if there is anything to listen to.
     void wait();
     std::vector<SenseState> states() const;
@@ -46,6 +48,7 @@ private:
     void listen_to_line(const std::string& device, int robot, int receiver);
     void listen_to_port(const std::string& address);
     void listen_to_topic(const std::string& source);
+    void listen_to_ros();
     template <class Open, class Take>
     void keep_open(const std::string& source, const std::string& at_first, const Open& open, const Take& take_bytes);
     void take(const std::string& source, SenseLines& lines, std::string_view text);

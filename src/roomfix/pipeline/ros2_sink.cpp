@@ -16,6 +16,9 @@ namespace {
 const std::string transform_topic = "/tf";
 const std::string state_topic = "/diagnostics";
 
+std::string pose_topic(const std::string& word) { return "/" + word + "/pose"; }
+std::string odometry_topic(const std::string& word) { return "/" + word + "/odometry"; }
+
 /// Keeps the first error, which is the one that is told.
 void note(Result<void>& first, const Result<void>& result) {
     if (first && !result) first = result;
@@ -57,16 +60,16 @@ ros::DiagnosticStatus status_of(const Fix& fix, bool without_odometry) {
 }  // namespace
 
 Result<std::unique_ptr<Ros2Sink>> Ros2Sink::open(const SiteTracker& tracker, const Ros2Output& settings) {
-    auto publisher = DdsPublisher::join(settings.domain);
-    if (!publisher) return publisher.error();
-    std::unique_ptr<Ros2Sink> sink(new Ros2Sink(tracker, settings, std::move(*publisher)));
+    auto participant = DdsParticipant::join(settings.domain, "roomfix");
+    if (!participant) return participant.error();
+    std::unique_ptr<Ros2Sink> sink(new Ros2Sink(tracker, settings, std::move(*participant)));
     if (auto offered = sink->offer_topics(); !offered) return offered.error();
     sink->states_ = std::thread([raw = sink.get()] { raw->tell_states(); });
     return sink;
 }
 
-Ros2Sink::Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::unique_ptr<DdsPublisher> publisher)
-    : tracker_(tracker), settings_(settings), publisher_(std::move(publisher)) {}
+Ros2Sink::Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::unique_ptr<DdsParticipant> participant)
+    : tracker_(tracker), settings_(settings), participant_(std::move(participant)) {}
 
 Ros2Sink::~Ros2Sink() { stop(); }
 
@@ -75,15 +78,21 @@ std::string Ros2Sink::name() const { return fmt::format("ROS 2 in domain {}", se
 /// Early: whoever wants a topic needs a moment to find it.
 Result<void> Ros2Sink::offer_topics() {
     constexpr int transforms_kept = 100;
-    Result<void> offered = publisher_->offer(transform_topic, RosType::tf_message, transforms_kept);
-    note(offered, publisher_->offer(state_topic, RosType::diagnostic_array));
+    Result<void> offered = participant_->offer(transform_topic, RosType::tf_message, transforms_kept);
+    note(offered, participant_->offer(state_topic, RosType::diagnostic_array));
     for (const SiteRobot& robot : tracker_.site().robots) {
-        const std::string& word = names_.of(robot.id);
-        if (!robot.many) note(offered, publisher_->offer("/" + word + "/pose", RosType::pose_with_covariance_stamped));
+        if (!robot.many) note(offered, offer_fixes(robot.id));
     }
     for (std::size_t i = 0; i < tracker_.cameras(); ++i) {
-        note(offered, publisher_->offer("/" + camera_names_.of(tracker_.camera(i).id) + "/camera_info", RosType::camera_info));
+        note(offered, participant_->offer("/" + camera_names_.of(tracker_.camera(i).id) + "/camera_info", RosType::camera_info));
     }
+    return offered;
+}
+
+Result<void> Ros2Sink::offer_fixes(const std::string& robot) {
+    const std::string& word = names_.of(robot);
+    Result<void> offered = participant_->offer(pose_topic(word), RosType::pose_with_covariance_stamped);
+    note(offered, participant_->offer(odometry_topic(word), RosType::odometry));
     return offered;
 }
 
@@ -100,7 +109,7 @@ RobotFrames Ros2Sink::frames(const std::string& robot) {
 Result<void> Ros2Sink::give(const FixBatch& batch) {
     Result<void> given;
     for (const Fix& fix : batch.given) {
-        if (!fix.robot.empty() && !fix.unknown && ros::has_pose(fix) && ros::can_state(fix.time)) note(given, give_pose(fix));
+        if (!fix.robot.empty() && !fix.unknown && ros::has_pose(fix) && ros::can_state(fix.time)) note(given, give_fix(fix));
     }
     note(given, give_transforms(batch));
     note_states(batch);
@@ -108,20 +117,24 @@ Result<void> Ros2Sink::give(const FixBatch& batch) {
     return given;
 }
 
-Result<void> Ros2Sink::give_pose(const Fix& fix) {
-    const std::string topic = "/" + names_.of(fix.robot) + "/pose";
+/// Its pose, and where it has a velocity in its own axes both together.
+Result<void> Ros2Sink::give_fix(const Fix& fix) {
     if (!tracker_.site().robot(fix.robot) && !passing_.contains(fix.robot)) {
-        if (auto offered = publisher_->offer(topic, RosType::pose_with_covariance_stamped); !offered) return offered;
+        if (auto offered = offer_fixes(fix.robot); !offered) return offered;
         passing_.insert(fix.robot);
     }
-    return publisher_->publish(topic, ros::encode(ros::pose_message(fix)));
+    const std::string& word = names_.of(fix.robot);
+    Result<void> given = participant_->publish(pose_topic(word), ros::encode(ros::pose_message(fix)));
+    if (ros::has_twist(fix)) note(given, participant_->publish(odometry_topic(word), ros::encode(ros::odometry_message(fix, frames(fix.robot).base))));
+    return given;
 }
 
 /// Of many robots that are alike each new one gets a new name: topics of those that are gone would add up.
 void Ros2Sink::forget_gone(const FixBatch& batch) {
     std::erase_if(passing_, [&](const std::string& robot) {
         if (std::any_of(batch.all.begin(), batch.all.end(), [&](const Fix& fix) { return fix.robot == robot; })) return false;
-        publisher_->withdraw("/" + names_.of(robot) + "/pose");
+        participant_->withdraw(pose_topic(names_.of(robot)));
+        participant_->withdraw(odometry_topic(names_.of(robot)));
         names_.forget(robot);
         last_transform_.erase(robot);
         return true;
@@ -149,7 +162,7 @@ Result<void> Ros2Sink::give_transforms(const FixBatch& batch) {
             message.transforms.push_back(ros::transform_message(time, map_frame, frames(robot).odom, map_from_odom));
         }
     }
-    return message.transforms.empty() ? Result<void>() : publisher_->publish(transform_topic, ros::encode(message));
+    return message.transforms.empty() ? Result<void>() : participant_->publish(transform_topic, ros::encode(message));
 }
 
 void Ros2Sink::note_states(const FixBatch& batch) {
@@ -170,8 +183,9 @@ void Ros2Sink::tell_states() {
         for (const auto& [robot, status] : robots_) message.status.push_back(status);
         lock.unlock();
         for (const CameraState& state : tracker_.camera_states()) message.status.push_back(status_of(state));
-        (void)publisher_->publish(state_topic, ros::encode(message));  // the next one comes soon
+        (void)participant_->publish(state_topic, ros::encode(message));  // the next one comes soon
         tell_cameras(message.header.stamp);
+        participant_->tell_graph();
         lock.lock();
     }
 }
@@ -181,7 +195,7 @@ void Ros2Sink::tell_cameras(Nanoseconds time) {
         const SiteCamera& camera = tracker_.camera(i);
         if (camera.model.grid) continue;  // camera_info has no words for such a lens
         const std::string& word = camera_names_.of(camera.id);
-        (void)publisher_->publish("/" + word + "/camera_info", ros::encode(ros::camera_info_message(time, camera_frame(word), camera.model)));
+        (void)participant_->publish("/" + word + "/camera_info", ros::encode(ros::camera_info_message(time, camera_frame(word), camera.model)));
     }
 }
 
@@ -197,7 +211,7 @@ void Ros2Sink::stop() {
 Result<void> Ros2Sink::finish() {
     stop();
     constexpr double longest = 2;  // s: a listener that has vanished is not waited for
-    publisher_->wait_until_received(longest);
+    participant_->wait_until_received(longest);
     return {};
 }
 

@@ -1,4 +1,4 @@
-// Fixes as ROS 2 topics: `/ROBOT/pose`, `/tf`; beside them `/CAMERA/camera_info`, and the cameras' and robots' states as `/diagnostics`.
+// Fixes as ROS 2 topics: `/ROBOT/pose`, `/ROBOT/odometry`, `/tf`; beside them `/CAMERA/camera_info`, and the cameras' and robots' states as `/diagnostics`.
 #pragma once
 
 #include <condition_variable>
@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "roomfix/connect/dds_publisher.hpp"
+#include "roomfix/connect/dds_participant.hpp"
 #include "roomfix/connect/ros_message.hpp"
 #include "roomfix/connect/ros_names.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
@@ -30,9 +30,10 @@ public:
     Result<void> finish() override;
 
 private:
-    Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::unique_ptr<DdsPublisher> publisher);
+    Ros2Sink(const SiteTracker& tracker, const Ros2Output& settings, std::unique_ptr<DdsParticipant> participant);
     Result<void> offer_topics();
-    Result<void> give_pose(const Fix& fix);
+    Result<void> offer_fixes(const std::string& robot);
+    Result<void> give_fix(const Fix& fix);
     void forget_gone(const FixBatch& batch);
     Result<void> give_transforms(const FixBatch& batch);
     bool has_odometry(const std::string& robot) const;
@@ -44,7 +45,7 @@ private:
 
     const SiteTracker& tracker_;
     Ros2Output settings_;
-    std::unique_ptr<DdsPublisher> publisher_;
+    std::unique_ptr<DdsParticipant> participant_;
     RosNames names_;                                      // of robots
     RosNames camera_names_;                               // used by the thread of the states alone, once the topics are offered
     std::map<std::string, OdomCorrections> corrections_;  // of each robot with odometry, by its id

@@ -143,6 +143,10 @@ void Export::add_fix(const Fix& fix) {
     }
     const ros::PoseWithCovarianceStamped message = ros::pose_message(fix);
     add(fix.time, "/" + robots_.of(fix.robot) + "/pose", RosType::pose_with_covariance_stamped, [message] { return ros::encode(message); });
+    if (ros::has_twist(fix)) {
+        const ros::Odometry moving = ros::odometry_message(fix, frames(fix.robot).base);
+        add(fix.time, "/" + robots_.of(fix.robot) + "/odometry", RosType::odometry, [moving] { return ros::encode(moving); });
+    }
     if (fix.yaw_known) newest_[{fix.robot, fix.time}] = &fix;
 }
 

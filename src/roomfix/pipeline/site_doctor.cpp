@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/connect/camera_probe.hpp"
 #include "roomfix/connect/fix_store.hpp"
 #include "roomfix/connect/mqtt_client.hpp"
@@ -18,6 +19,7 @@
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/pipeline/live_senses.hpp"
 #include "roomfix/pipeline/mqtt_sink.hpp"
+#include "roomfix/pipeline/ros2_senses.hpp"
 
 namespace roomfix {
 namespace {
@@ -26,6 +28,7 @@ namespace fs = std::filesystem;
 using Kind = Finding::Kind;
 
 constexpr double broker_patience = 3;              // s
+constexpr double ros_patience = 3;                 // s
 constexpr std::uintmax_t little_space = 1u << 30;  // bytes
 constexpr int dark = 12, bright = 243;             // grey levels beyond which a whole picture shows nothing
 
@@ -44,6 +47,7 @@ private:
     void tell(Kind kind, const std::string& what, const std::string& text) const { found_({kind, what, text}); }
     void look_at_camera(const SiteCamera& camera) const;
     void look_at_sense(const std::string& what, const std::string& source) const;
+    void look_at_ros_topic(const std::string& what, const std::string& source) const;
     void look_at_secret(const std::string& what, const std::optional<Secret>& secret) const;
     void look_at_folder(const std::string& what, const fs::path& folder) const;
 
@@ -100,7 +104,23 @@ void Doctor::look_at_cameras() const {
     for (const SiteCamera& camera : site_.cameras) look_at_camera(camera);
 }
 
+/// Whoever publishes it has a moment to be found.
+void Doctor::look_at_ros_topic(const std::string& what, const std::string& source) const {
+    const auto senses = Ros2Senses::open(site_);
+    if (!senses) return tell(Kind::problem, what, senses.error().message);
+    std::string told;
+    for (const double end = steady_now() + ros_patience; steady_now() < end;) {
+        for (const Ros2Senses::Heard& heard : (*senses)->read(0.1)) {
+            if (heard.source != source) continue;
+            if (!heard.reports.poses.empty()) return tell(Kind::fine, what, source + " reports: " + heard.told);
+            told = heard.told;
+        }
+    }
+    tell(Kind::problem, what, source + ": " + told);
+}
+
 void Doctor::look_at_sense(const std::string& what, const std::string& source) const {
+    if (is_ros_topic(source)) return look_at_ros_topic(what, source);
     if (is_serial_line(source)) {
         const auto line = SerialLine::open(source);
         if (!line) return tell(Kind::problem, what, line.error().message);

@@ -291,6 +291,7 @@ void SiteTracker::Impl::process(const OdometryBatch& batch) {
         note_problems(batch.problems);
         for (const OdometryObservation& pose : batch.poses) {
             tracker_.observe(pose);
+            last_report_ = pose.time;
             if (pose.robot >= 0 && pose.robot < unknown_robot()) delivery_.add_odometry(pose);
             if (!wheels_give_fix(pose.robot, pose.time)) continue;
             const std::string& driven = site_.robots[static_cast<std::size_t>(pose.robot)].id;
@@ -300,17 +301,21 @@ void SiteTracker::Impl::process(const OdometryBatch& batch) {
     delivery_.deliver();
 }
 
-/// A robot that its own senses found has fixes at an even rate, however seldom it hears or sees something. The mutex is held.
+/// A robot that its own senses found has fixes at an even rate, however seldom it hears or sees something; so has every robot while nothing but wheels speaks:
+/// all cameras are gone. The mutex is held.
 bool SiteTracker::Impl::wheels_give_fix(int robot, Nanoseconds time) const {
     constexpr double interval = 0.1;  // s
     const Track* track = tracker_.track(robot);
-    if (track == nullptr || track->searched == never || time < track->time) return false;
+    if (track == nullptr || time < track->time) return false;
+    const bool wheels_alone = std::abs(to_seconds(time - last_word_)) > tracker_.models().settings.ok;
+    if (track->searched == never && !wheels_alone) return false;
     const auto last = delivery_.last_given(site_.robots[static_cast<std::size_t>(robot)].id);
     return !last || to_seconds(time - *last) >= interval;
 }
 
 /// A source speaks for the robots that it sees or that hear by it, and for those that nothing sees or hears. The mutex is held.
 void SiteTracker::Impl::make_due(Nanoseconds time, const std::string& source, const LatencyParts& parts) {
+    last_word_ = std::max(time, last_report_);  // pictures may take their time
     const auto is_due = [&](const Fix& fix) {
         return fix.status != FixStatus::ok || std::find(fix.sources.begin(), fix.sources.end(), source) != fix.sources.end();
     };

@@ -74,6 +74,8 @@ struct SiteTracker::Impl {
     mutable std::mutex mutex_;  // guards all below, and the cameras' states and shown frames
     ReceiverBuffer receivers_;
     Tracker tracker_;
+    Nanoseconds last_report_ = never;  // of any wheels
+    Nanoseconds last_word_ = never;    // when the last frame, range or sighting came, by the time of what else had come
     std::vector<std::string> line_problems_;
 };
 

@@ -21,6 +21,7 @@ namespace roomfix {
 
 SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(std::make_unique<RecordedSenses>()) {
     tracker_.on_fixes([this](const FixBatch& batch) {
+        last_batch_ = steady_now();
         if (sinks_.empty() && recorder_ == nullptr) return;
         const auto shared = std::make_shared<const FixBatch>(batch);
         if (recorder_ != nullptr) recorder_->give(shared);
@@ -144,6 +145,7 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
         if (settings.on_time) tracker_.measure_latency({steady_now(), system_now(), 1});
         threads.emplace_back([&] { run_live(live, settings.threads, stop); });
     }
+    if (live_senses_->listens()) threads.emplace_back([&] { tell_of_silence(stop); });
     auto done = run_recorded(sources, settings, stop, progress);
     for (auto& thread : threads) thread.join();
     live_senses_->wait();
@@ -156,6 +158,17 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
 void SourceRunner::tell_time(Nanoseconds now) {
     const auto batch = std::make_shared<const FixBatch>(FixBatch{now, {}, tracker_.fixes(now)});
     for (const auto& sink : sinks_) sink->give(batch);
+}
+
+/// While robots' senses that come live, and all cameras, say nothing: so that it is seen how they fare.
+void SourceRunner::tell_of_silence(const std::atomic<bool>& stop) {
+    constexpr double patience = 1;  // s
+    while (!stop) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        if (steady_now() - last_batch_ < patience) continue;
+        last_batch_ = steady_now();
+        tell_time(system_now());
+    }
 }
 
 /// Cameras that see the same moment are looked at together, as in a recording.

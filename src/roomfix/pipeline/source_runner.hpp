@@ -62,10 +62,12 @@ private:
     void run_live(const std::vector<LiveSource>& sources, int threads, const std::atomic<bool>& stop);
     void process_senses_until(Nanoseconds time);
     void tell_time(Nanoseconds now);
+    void tell_of_silence(const std::atomic<bool>& stop);
 
     SiteTracker& tracker_;
     SessionRecorder* recorder_ = nullptr;
-    std::mutex senses_mutex_;  // held while recorded readings are told: live cameras and recordings may ask for them at once
+    std::atomic<double> last_batch_{0};  // s, steady: when sinks last got something
+    std::mutex senses_mutex_;            // held while recorded readings are told: live cameras and recordings may ask for them at once
     std::unique_ptr<RecordedSenses> recorded_;
     mutable std::mutex states_mutex_;  // held while what follows is changed or asked for its state; fixes go to the sinks that were there before the run
     std::vector<std::unique_ptr<SinkQueue>> sinks_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "roomfix/base/csv.hpp"
@@ -99,6 +100,36 @@ void check_topics(YamlReader& reader, const YAML::Node& root, const Site& site) 
     }
 }
 
+/// "/r1/odom": words of letters, digits and single underscores with slashes before them.
+bool is_ros_topic_name(std::string_view name) {
+    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+    for (std::size_t i = 0; i < name.size(); ++i) {
+        const char before = i == 0 ? '\0' : name[i - 1], c = name[i];
+        const bool fits = c == '/' ? before != '/' && i + 1 < name.size() : is_letter(c) || (is_digit(c) && before != '/');
+        if (!fits || (c == '_' && before == '_')) return false;
+    }
+    return name.starts_with('/');
+}
+
+/// A ROS 2 topic reports one robot's wheels.
+void check_ros_topics(YamlReader& reader, const YAML::Node& root, const Site& site) {
+    const std::string scheme = "ros2:";
+    std::map<std::string, std::string> robots;  // by their topics
+    for (const SiteRobot& robot : site.robots) {
+        const auto complain = [&](const std::string& what) { reader.error(root["robots"][robot.id], fmt::format("robots.{} {}", robot.id, what)); };
+        const bool heard = std::any_of(robot.receivers.begin(), robot.receivers.end(), [&](const Receiver& r) { return r.source.starts_with(scheme); });
+        if (heard || (robot.detector && robot.detector->source.starts_with(scheme))) {
+            complain("has a source 'ros2:...' that is not its odometry's: ROS 2 topics are read for wheels only (nav_msgs/msg/Odometry)");
+        }
+        if (!robot.odometry || !robot.odometry->source.starts_with(scheme)) continue;
+        const std::string topic = robot.odometry->source.substr(scheme.size());
+        if (!is_ros_topic_name(topic)) complain(fmt::format("has the odometry source 'ros2:{}': write the whole name of a topic, as in ros2:/r1/odom", topic));
+        const auto [other, is_first] = robots.try_emplace(topic, robot.id);
+        if (!is_first) complain(fmt::format("has the same odometry source as {}: messages on {} do not say whose wheels they are of", other->second, topic));
+    }
+}
+
 std::optional<YAML::Node> parse_yaml(std::string_view text, std::vector<Problem>& problems) {
     try {
         return YAML::Load(std::string(text));
@@ -127,6 +158,7 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
     for (const auto& [id, node] : reader.named(root["zones"], "zones")) site.zones.push_back(read_zone(reader, id, node));
     site.outputs = read_outputs(reader, root["outputs"]);
     check_topics(reader, root, site);
+    check_ros_topics(reader, root, site);
     if (root["cameras"].IsDefined() && root["cameras"].IsMap()) check_references(reader, root, site);
 }
 

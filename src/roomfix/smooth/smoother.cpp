@@ -29,6 +29,7 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
     const Knot at = between(way.knots[k], way.knots[k + 1], weights);
     fix.pose = {at[0], at[1], wrap_angle(at[2])};
     fix.covariance = 0.5 * (covariance + covariance.transpose());
+    fix.velocity.reset();  // the tracker's: it knew less
     fix.nis.clear();
     fix.hypotheses.clear();
     if (fix.status == FixStatus::none) fix.status = FixStatus::coasting;
