@@ -1,11 +1,14 @@
 #include "roomfix/site/edit_site.hpp"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
+#include <cerrno>
 #include <chrono>
-#include <fstream>
 
 #include "roomfix/base/text_file.hpp"
 
@@ -32,14 +35,16 @@ std::size_t end_of_braces(std::string_view text, std::size_t begin) {
     return text.size();
 }
 
-/// Behind the last line of a block whose first key stands at `begin`: up to the next line that is indented less.
+/// Behind the last line of a block whose first key or dash stands at `begin`: up to the next line that is indented less, or, behind a list that is indented
+/// like its own key, up to the next key.
 std::size_t end_of_block(std::string_view text, std::size_t begin, int column) {
     std::size_t end = std::min(text.find('\n', begin), text.size());
     for (std::size_t line = end + 1; line < text.size();) {
         const std::size_t next = std::min(text.find('\n', line), text.size());
         const std::size_t first = text.find_first_not_of(" \t\r", line);
         const bool empty = first == std::string_view::npos || first >= next;
-        if (!empty && text[first] != '#' && static_cast<int>(first - line) < column) break;
+        const bool beside = !empty && static_cast<int>(first - line) == column && text[begin] == '-' && text[first] != '-';
+        if (!empty && text[first] != '#' && (static_cast<int>(first - line) < column || beside)) break;
         if (!empty && static_cast<int>(first - line) >= column) end = next;
         line = next + 1;
     }
@@ -120,10 +125,8 @@ std::string added(std::string_view text, const Entry& last, int column, const Si
     return std::string(text.substr(0, line_end)) + fmt::format("\n{:{}}{}: {}", "", column, value.key, value.value) + std::string(text.substr(line_end));
 }
 
-/// One change; the text is read anew for each, since places move.
-Result<std::string> with_value(const std::string& text, const SiteEdit& edit, const SiteValue& value) {
-    const YAML::Node map = YAML::Load(text)[edit.section][edit.id];
-    if (!map.IsDefined() || !map.IsMap() || map.size() == 0) return Error{fmt::format("the file has no {}.{} to write to", edit.section, edit.id)};
+/// A map that has keys with one of them replaced, added or removed.
+std::string with_key(const std::string& text, const YAML::Node& map, const SiteValue& value) {
     const bool flow = map.Style() == YAML::EmitterStyle::Flow;
     const auto entries = entries_of(text, map, flow);
     for (const auto& [key, entry] : entries) {
@@ -131,6 +134,23 @@ Result<std::string> with_value(const std::string& text, const SiteEdit& edit, co
     }
     if (value.value.empty()) return text;
     return added(text, entries.back().second, map.begin()->first.Mark().column, value, flow);
+}
+
+/// One change; the text is read anew for each, since places move.
+Result<std::string> with_value(const std::string& text, const SiteEdit& edit, const SiteValue& value) {
+    const YAML::Node map = YAML::Load(text)[edit.section][edit.id];
+    if (!map.IsDefined() || !map.IsMap() || map.size() == 0) return Error{fmt::format("the file has no {}.{} to write to", edit.section, edit.id)};
+    return with_key(text, map, value);
+}
+
+bool is_flow(const YAML::Node& map) { return map.Style() == YAML::EmitterStyle::Flow; }
+
+/// A section that is not there yet, or empty, with its first entry.
+std::string with_section(std::string text, const YAML::Node& root, const std::string& section, const SiteValue& entry) {
+    const bool one_line = is_flow(root) || root[section].IsDefined();
+    if (one_line) return with_key(text, root, {section, fmt::format("{{{}: {}}}", entry.key, entry.value)});
+    if (!text.ends_with('\n')) text += '\n';
+    return text + fmt::format("{}:\n  {}: {}\n", section, entry.key, entry.value);
 }
 
 }  // namespace
@@ -149,6 +169,21 @@ Result<std::string> with_values(std::string_view text, const SiteEdit& edit) {
     }
 }
 
+Result<std::string> with_entry(std::string_view before, const std::string& section, const SiteValue& entry) {
+    try {
+        const std::string text(before);
+        const YAML::Node root = YAML::Load(text);
+        if (!root.IsMap() || root.size() == 0) return Error{"the file is no map with keys"};
+        const YAML::Node map = root[section];
+        const bool filled = map.IsDefined() && map.IsMap() && map.size() > 0;
+        if (!filled) return entry.value.empty() ? text : with_section(text, root, section, entry);
+        if (entry.value.empty() && map.size() == 1 && map[entry.key].IsDefined()) return without_section(text, section);
+        return with_key(text, map, entry);
+    } catch (const YAML::Exception& problem) {
+        return Error{"not valid YAML: " + problem.msg};
+    }
+}
+
 Result<std::string> without_section(std::string_view text, const std::string& key) {
     try {
         const YAML::Node root = YAML::Load(std::string(text));
@@ -162,6 +197,39 @@ Result<std::string> without_section(std::string_view text, const std::string& ke
     }
 }
 
+/// Written through to the disk, so that a machine that loses its power has the old file or the new one.
+static bool write_through(const std::filesystem::path& target, const std::string& content, mode_t mode) {
+    const int file = ::open(target.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
+    if (file < 0) return false;
+    bool written = ::fchmod(file, mode) == 0;
+    for (std::size_t at = 0; written && at < content.size();) {
+        const ssize_t count = ::write(file, content.data() + at, content.size() - at);
+        if (count > 0) at += static_cast<std::size_t>(count);
+        written = count > 0 || (count < 0 && errno == EINTR);
+    }
+    written = written && ::fsync(file) == 0;
+    return ::close(file) == 0 && written;
+}
+
+Result<void> replace_file(const std::filesystem::path& named, const std::string& text, const std::filesystem::path& copy) {
+    std::error_code failure;
+    const std::filesystem::path file = std::filesystem::canonical(named, failure);  // what a link leads to
+    const auto before = failure ? Result<std::string>(Error{named.string() + ": cannot be read"}) : read_text(file);
+    if (!before) return before.error();
+    struct stat about = {};
+    const mode_t mode = ::stat(file.c_str(), &about) == 0 ? about.st_mode & 07777 : 0600;
+    const std::filesystem::path fresh = file.string() + ".new";
+    if (write_through(copy, *before, mode) && write_through(fresh, text, mode)) {
+        std::filesystem::rename(fresh, file, failure);
+    } else {
+        failure = std::make_error_code(std::errc::io_error);
+    }
+    if (!failure) return {};
+    std::error_code ignored;
+    std::filesystem::remove(fresh, ignored);
+    return Error{fmt::format("{}: cannot be written: check the folder's permissions and room", file.string())};
+}
+
 Result<std::filesystem::path> write_site_values(const std::filesystem::path& file, const std::vector<SiteEdit>& edits) {
     const auto text = read_text(file);
     if (!text) return text.error();
@@ -170,20 +238,9 @@ Result<std::filesystem::path> write_site_values(const std::filesystem::path& fil
         changed = with_values(*changed, edit);
         if (!changed) return Error{fmt::format("{}: {}", file.string(), changed.error().message)};
     }
-    const auto write = [](const std::filesystem::path& target, const std::string& content) {
-        std::ofstream out(target, std::ios::binary);
-        out << content;
-        return static_cast<bool>(out.flush());
-    };
     const auto now = std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
     const std::filesystem::path copy = fmt::format("{}.{:%Y%m%d-%H%M%S}", file.string(), fmt::gmtime(now));
-    const std::filesystem::path fresh = file.string() + ".new";
-    std::error_code failure;
-    if (write(copy, *text) && write(fresh, *changed))
-        std::filesystem::rename(fresh, file, failure);
-    else
-        failure = std::make_error_code(std::errc::io_error);
-    if (failure) return Error{fmt::format("{}: cannot be written: check the folder's permissions and room", file.string())};
+    if (const auto replaced = replace_file(file, *changed, copy); !replaced) return replaced.error();
     return copy;
 }
 

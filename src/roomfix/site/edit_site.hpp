@@ -25,8 +25,15 @@ struct SiteEdit {
 /// The text of a site file with keys of SECTION.ID replaced, added after the others, or removed. An error if there is nothing of that id.
 Result<std::string> with_values(std::string_view text, const SiteEdit& edit);
 
+/// The text with an entry of a section of the file, such as a zone of `zones`, replaced, added after the others, or, without a value, removed. A section that
+/// is not there is added at the end, one that would be empty goes. An error where the text is no YAML.
+Result<std::string> with_entry(std::string_view text, const std::string& section, const SiteValue& entry);
+
 /// The text without one of the keys of the file itself, such as `outputs`, and all that is under it.
 Result<std::string> without_section(std::string_view text, const std::string& key);
+
+/// Gives a file another content, all of it or nothing; its mode stays, and a link leads to it as before. `copy` gets the file as it was.
+Result<void> replace_file(const std::filesystem::path& file, const std::string& text, const std::filesystem::path& copy);
 
 /// Changes a file's values, several times. The file as it was is kept beside it, its name followed by the date and time; returns that name.
 /// Nothing is changed unless all of it can be written.

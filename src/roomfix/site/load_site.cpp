@@ -11,7 +11,9 @@
 #include "roomfix/site/read_camera.hpp"
 #include "roomfix/site/read_installed.hpp"
 #include "roomfix/site/read_outputs.hpp"
+#include "roomfix/site/read_plan.hpp"
 #include "roomfix/site/read_robot.hpp"
+#include "roomfix/site/read_zone.hpp"
 #include "roomfix/site/yaml_reader.hpp"
 
 namespace roomfix {
@@ -35,19 +37,6 @@ void read_place(YamlReader& reader, const YAML::Node& node, Site& site) {
         }
         site.walls.push_back(polyline);
     }
-}
-
-SiteZone read_zone(YamlReader& reader, const std::string& id, const YAML::Node& node) {
-    SiteZone zone{id, {}};
-    const std::string what = "zones." + id;
-    if (!node.IsSequence() || node.size() < 3) {
-        reader.error(node, what + " needs three or more corners [x, y]");
-        return zone;
-    }
-    for (const auto& corner : node) {
-        if (const auto p = reader.point2(corner, what)) zone.border.push_back(*p);
-    }
-    return zone;
 }
 
 /// A camera of known height is placed by the corners and tags that it sees.
@@ -146,7 +135,7 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
         reader.error(root, "a site file is a map that starts with 'roomfix: 1'");
         return;
     }
-    reader.map(root, "the site file", {"roomfix", "site", "cameras", "robots", "landmarks", "beacons", "corners", "zones", "outputs"});
+    reader.map(root, "the site file", {"roomfix", "site", "cameras", "robots", "landmarks", "beacons", "corners", "zones", "plan", "outputs"});
     const YAML::Node version = reader.required(root, "roomfix", "the site file");
     if (version.IsDefined() && (!version.IsScalar() || version.Scalar() != "1")) {
         reader.error(version, "this is not format 1: write 'roomfix: 1', or use a newer roomfix");
@@ -156,6 +145,7 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
     for (const auto& [id, node] : reader.named(root["robots"], "robots")) read_robot(reader, id, node, site);
     read_installed(reader, root, site);
     for (const auto& [id, node] : reader.named(root["zones"], "zones")) site.zones.push_back(read_zone(reader, id, node));
+    site.plan = read_plan(reader, root["plan"], site.folder);
     site.outputs = read_outputs(reader, root["outputs"]);
     check_topics(reader, root, site);
     check_ros_topics(reader, root, site);

@@ -3,23 +3,19 @@
 #include <fmt/format.h>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/site/quoted_text.hpp"
 
 namespace roomfix {
 namespace {
 
-/// A text that YAML reads as it is, whatever is in it.
-std::string quoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? "\'\'" : std::string(1, c);
-    return result + "'";
+std::string secret_text(const Secret& secret) {
+    return secret.file.empty() ? "{env: " + quoted_text(secret.variable) + "}" : "{file: " + quoted_text(secret.file) + "}";
 }
-
-std::string secret_text(const Secret& secret) { return secret.file.empty() ? "{env: " + quoted(secret.variable) + "}" : "{file: " + quoted(secret.file) + "}"; }
 
 std::string tls_text(const TlsFiles& tls) {
     std::string text;
     const auto add = [&](const char* key, const std::string& file) {
-        if (!file.empty()) text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", key, quoted(file));
+        if (!file.empty()) text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", key, quoted_text(file));
     };
     add("ca", tls.ca);
     add("certificate", tls.certificate);
@@ -28,16 +24,17 @@ std::string tls_text(const TlsFiles& tls) {
 }
 
 std::string web_text(const WebOutput& web) {
-    std::string text = fmt::format("{{host: {}, port: {}", quoted(web.host), web.port);
+    std::string text = fmt::format("{{host: {}, port: {}", quoted_text(web.host), web.port);
     if (web.tls) text += ", tls: " + tls_text(*web.tls);
     if (web.token) text += ", token: " + secret_text(*web.token);
+    if (web.operator_token) text += ", operator: " + secret_text(*web.operator_token);
     if (web.insecure) text += ", insecure: true";
     return text + "}";
 }
 
 std::string mqtt_text(const MqttOutput& mqtt) {
-    std::string text = fmt::format("{{host: {}, port: {}, prefix: {}", quoted(mqtt.host), mqtt.port, quoted(mqtt.prefix));
-    if (!mqtt.user.empty()) text += ", user: " + quoted(mqtt.user);
+    std::string text = fmt::format("{{host: {}, port: {}, prefix: {}", quoted_text(mqtt.host), mqtt.port, quoted_text(mqtt.prefix));
+    if (!mqtt.user.empty()) text += ", user: " + quoted_text(mqtt.user);
     if (mqtt.password) text += ", password: " + secret_text(*mqtt.password);
     if (mqtt.tls) text += ", tls: " + tls_text(*mqtt.tls);
     return text + fmt::format(", rate: {}, home_assistant: {}}}", number_text(mqtt.rate), mqtt.home_assistant);
@@ -48,13 +45,13 @@ std::string mqtt_text(const MqttOutput& mqtt) {
 std::string outputs_text(const Outputs& outputs) {
     std::string text;
     if (outputs.web) text += "  web: " + web_text(*outputs.web) + "\n";
-    if (!outputs.jsonl.empty()) text += "  jsonl: " + quoted(outputs.jsonl) + "\n";
-    if (!outputs.tum.empty()) text += "  tum: " + quoted(outputs.tum) + "\n";
+    if (!outputs.jsonl.empty()) text += "  jsonl: " + quoted_text(outputs.jsonl) + "\n";
+    if (!outputs.tum.empty()) text += "  tum: " + quoted_text(outputs.tum) + "\n";
     if (outputs.foxglove) text += "  foxglove: " + web_text(*outputs.foxglove) + "\n";
     if (outputs.mqtt) text += "  mqtt: " + mqtt_text(*outputs.mqtt) + "\n";
     if (outputs.ros2) text += fmt::format("  ros2: {{domain: {}, robot_transform: {}}}\n", outputs.ros2->domain, outputs.ros2->robot_transform);
     if (outputs.history) {
-        text += fmt::format("  history: {{database: {}, days: {}}}\n", quoted(outputs.history->database), number_text(outputs.history->days));
+        text += fmt::format("  history: {{database: {}, days: {}}}\n", quoted_text(outputs.history->database), number_text(outputs.history->days));
     }
     return text.empty() ? "" : "outputs:\n" + text;
 }

@@ -34,10 +34,8 @@ std::optional<TlsFiles> read_tls(YamlReader& reader, const YAML::Node& node, con
     return tls;
 }
 
-WebOutput read_listening(YamlReader& reader, const YAML::Node& node, const std::string& what, int port) {
-    WebOutput web;
-    web.port = port;
-    if (!reader.map(node, what, {"host", "port", "tls", "token", "insecure"})) return web;
+/// What every server has; `web` brings its own port.
+void read_listening(YamlReader& reader, const YAML::Node& node, const std::string& what, WebOutput& web) {
     web.host = reader.text(node["host"], what + ".host").value_or(web.host);
     web.port = reader.integer(node["port"], what + ".port", 0, 65535).value_or(web.port);
     web.tls = read_tls(reader, node["tls"], what + ".tls");
@@ -46,6 +44,21 @@ WebOutput read_listening(YamlReader& reader, const YAML::Node& node, const std::
     web.token = read_secret(reader, node["token"], what + ".token");
     web.insecure = read_flag(reader, node["insecure"], what + ".insecure", false);
     if (const std::string reason = refusal(web, what); !reason.empty()) reader.error(node, reason);
+}
+
+WebOutput read_web(YamlReader& reader, const YAML::Node& node) {
+    WebOutput web;
+    if (!reader.map(node, "outputs.web", {"host", "port", "tls", "token", "operator", "insecure"})) return web;
+    web.operator_token = read_secret(reader, node["operator"], "outputs.web.operator");
+    read_listening(reader, node, "outputs.web", web);
+    return web;
+}
+
+/// Nothing can be changed through it: it has no operator.
+WebOutput read_foxglove(YamlReader& reader, const YAML::Node& node) {
+    WebOutput web;
+    web.port = 8765;
+    if (reader.map(node, "outputs.foxglove", {"host", "port", "tls", "token", "insecure"})) read_listening(reader, node, "outputs.foxglove", web);
     return web;
 }
 
@@ -98,8 +111,8 @@ Outputs read_outputs(YamlReader& reader, const YAML::Node& node) {
     Outputs outputs;
     if (!node.IsDefined() || !reader.map(node, "outputs", {"jsonl", "tum", "web", "mqtt", "ros2", "history", "foxglove"})) return outputs;
     outputs.jsonl = reader.text(node["jsonl"], "outputs.jsonl").value_or("");
-    if (node["web"].IsDefined()) outputs.web = read_listening(reader, node["web"], "outputs.web", 8080);
-    if (node["foxglove"].IsDefined()) outputs.foxglove = read_listening(reader, node["foxglove"], "outputs.foxglove", 8765);
+    if (node["web"].IsDefined()) outputs.web = read_web(reader, node["web"]);
+    if (node["foxglove"].IsDefined()) outputs.foxglove = read_foxglove(reader, node["foxglove"]);
     outputs.tum = reader.text(node["tum"], "outputs.tum").value_or("");
     if (node["mqtt"].IsDefined()) outputs.mqtt = read_mqtt(reader, node["mqtt"]);
     if (node["ros2"].IsDefined()) outputs.ros2 = read_ros2(reader, node["ros2"]);

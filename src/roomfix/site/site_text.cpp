@@ -6,6 +6,7 @@
 
 #include "roomfix/base/number.hpp"
 #include "roomfix/site/outputs_text.hpp"
+#include "roomfix/site/read_plan.hpp"
 
 namespace roomfix {
 namespace {
@@ -238,6 +239,7 @@ std::string site_text(const Site& site) {
     }
     if (!site.zones.empty()) text += "zones:\n";
     for (const SiteZone& zone : site.zones) text += fmt::format("  {}: {}\n", zone.id, points_text(zone.border));
+    if (site.plan) text += "plan: " + plan_text(*site.plan) + "\n";
     text += outputs_text(site.outputs);
     return text;
 }
