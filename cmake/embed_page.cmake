@@ -1,4 +1,4 @@
-# Turns the built page into a C++ source: cmake -DFOLDER=... -DOUTPUT=... -P embed_page.cmake
+# Turns the built page, and the description of what the server answers, into a C++ source: cmake -DFOLDER=... -DOPENAPI=FILE -DOUTPUT=... -P embed_page.cmake
 set(arrays "")
 set(entries "")
 if(FOLDER)
@@ -23,4 +23,7 @@ if(FOLDER)
     math(EXPR number "${number} + 1")
   endforeach()
 endif()
-file(WRITE ${OUTPUT} "// Made from web/ by cmake/embed_page.cmake.\n#include \"roomfix/connect/web_server.hpp\"\n\nnamespace roomfix {\nnamespace {\n${arrays}}  // namespace\n\nconst std::vector<EmbeddedFile>& page_files() {\n    static const std::vector<EmbeddedFile> files = {\n${entries}    };\n    return files;\n}\n\n}  // namespace roomfix\n")
+file(READ ${OPENAPI} hex HEX)
+string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+string(APPEND arrays "const unsigned char openapi[] = {${bytes}};\n")
+file(WRITE ${OUTPUT} "// Made from web/ by cmake/embed_page.cmake.\n#include \"roomfix/connect/web_server.hpp\"\n\nnamespace roomfix {\nnamespace {\n${arrays}}  // namespace\n\nconst std::vector<EmbeddedFile>& page_files() {\n    static const std::vector<EmbeddedFile> files = {\n${entries}    };\n    return files;\n}\n\nstd::string_view openapi_text() { return {reinterpret_cast<const char*>(openapi), sizeof(openapi)}; }\n\n}  // namespace roomfix\n")

@@ -84,7 +84,7 @@ int demo(const Arguments& arguments) {
         }
         runner.add_sink(std::move(*file), Overflow::drop_oldest);
     }
-    auto page = PageSink::serve(tracker, arguments.web, &runner);
+    auto page = PageSink::serve(tracker, arguments.web, runner);
     if (!page) {
         complain(page.error().message);
         return bad_input;

@@ -40,10 +40,12 @@ int run(Arguments arguments) {
         if (round > 1 && !record.empty()) {  // a session has one site
             options.record.folder = fmt::format("{}-{}", (record.has_filename() ? record : record.parent_path()).string(), round);
         }
-        const SiteWatch watch(arguments.site, stop_requested(),
-                              [](const std::string& mistakes) { complain("the site file was changed, but cannot be used; the old one stays:\n" + mistakes); });
+        SiteWatch watch(arguments.site, stop_requested(),
+                        [](const std::string& mistakes) { complain("the site file was changed, but cannot be used; the old one stays:\n" + mistakes); });
+        options.watch = &watch;
         options.stop = &watch.ends();
         const int code = run_site(*site, options);
+        if (auto zones = watch.zones()) site->zones = std::move(*zones);
         options.append = true;
         if (watch.changed()) {
             before = std::move(*site);

@@ -97,7 +97,7 @@ static Result<void> open_page(SourceRunner& runner, SiteTracker& tracker, const 
     if (!options.host.empty()) web.host = options.host;
     if (options.port >= 0) web.port = options.port;
     web.insecure = web.insecure || options.insecure;
-    auto page = PageSink::serve(tracker, web, &runner);
+    auto page = PageSink::serve(tracker, web, runner, options.watch ? options.record.site_file : "");
     if (!page) return page.error();
     if (options.outputs && outputs.history) {
         auto answerer = history_answerer(tracker.site());
@@ -107,6 +107,16 @@ static Result<void> open_page(SourceRunner& runner, SiteTracker& tracker, const 
     say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
     runner.add_sink(std::move(*page), Overflow::newest_only);
     return {};
+}
+
+/// Zones that are drawn while it runs are taken up, as long as the result is kept.
+static std::shared_ptr<void> follow_zones(SiteWatch* watch, SourceRunner& runner) {
+    if (watch == nullptr) return nullptr;
+    watch->on_zones([&runner](const std::vector<SiteZone>& zones) {
+        runner.set_zones(zones);
+        say("the zones were changed");
+    });
+    return {nullptr, [watch](void*) { watch->on_zones({}); }};
 }
 
 /// The best way after the fact, said where it is not.
@@ -133,6 +143,7 @@ int run_site(const Site& site, const RunOptions& options) {
     auto recorder = start_recording(tracker, options);  // outlives the runner
     if (!recorder) return give_up(recorder.error());
     SourceRunner runner(tracker);
+    const auto following = follow_zones(options.watch, runner);
     if (*recorder) runner.record_to(**recorder);
     std::vector<Fix> kept;  // to be smoothed
     std::size_t given = 0;

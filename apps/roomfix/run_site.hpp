@@ -8,6 +8,7 @@
 
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/session_parts.hpp"
+#include "roomfix/pipeline/site_watch.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/smooth/smoother.hpp"
 
@@ -29,6 +30,7 @@ struct RunOptions {
     int port = -1;
     bool insecure = false;  // the page may be open to everybody who reaches this machine
     RunSettings run;
+    SiteWatch* watch = nullptr;               // of the site file: zones that are drawn while it runs; null: none are
     const std::atomic<bool>* stop = nullptr;  // ends it early; null: what the terminal says
     std::optional<SmootherSettings> smooth;   // fixes are smoothed after the end
     RecordOptions record;

@@ -184,7 +184,7 @@ TEST_F(History, IsAnsweredOverHttp) {
     ASSERT_TRUE(server.start({"127.0.0.1", 0}));
     httplib::Client client("127.0.0.1", server.port());
     EXPECT_EQ(client.Get("/api/history")->status, 404);
-    server.add_route("/api/history", [this](const WebParameters& parameters) { return ask(parameters); });
+    server.add_route("GET /api/history", [this](const WebQuestion& question) { return ask(question.parameters); });
     const auto answer = client.Get("/api/history?robot=r1&area=-1,1,%2B3,3&format=csv");
     ASSERT_TRUE(answer);
     EXPECT_EQ(answer->status, 200);

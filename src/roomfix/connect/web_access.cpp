@@ -1,5 +1,7 @@
 #include "roomfix/connect/web_access.hpp"
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <string_view>
 
@@ -18,6 +20,12 @@ Result<WebAccess> web_access(const WebOutput& web, const Site& site, const std::
         auto token = secret_text(*web.token, site, "the token of " + what);
         if (!token) return token.error();
         access.token = *token;
+    }
+    if (web.operator_token) {
+        auto token = secret_text(*web.operator_token, site, "the operator's token of " + what);
+        if (!token) return token.error();
+        if (*token == access.token) return Error{fmt::format("the operator's token of {} is that of everybody who looks: make another one", what)};
+        access.operator_token = *token;
     }
     return access;
 }
@@ -64,6 +72,21 @@ bool shows_token(const std::string& authorization, const std::string& token) {
     const auto pair = from_base64(std::string_view(authorization).substr(6));
     const std::size_t colon = pair ? pair->find(':') : std::string::npos;
     return colon != std::string::npos && same_token(pair->substr(colon + 1), token);
+}
+
+WebRole role_of(const WebAccess& access, const std::string& authorization) {
+    if (!access.operator_token.empty() && shows_token(authorization, access.operator_token)) return WebRole::operating;
+    return access.token.empty() || shows_token(authorization, access.token) ? WebRole::viewer : WebRole::nobody;
+}
+
+std::string foreign_change(const ChangeHeaders& headers) {
+    if (headers.content_type && headers.content_type->substr(0, headers.content_type->find(';')) != "application/json") {
+        return "changes are JSON: send Content-Type: application/json";
+    }
+    if (headers.origin.empty()) return "";
+    const std::size_t host = headers.origin.find("://");
+    if (host != std::string::npos && headers.origin.substr(host + 3) == headers.host) return "";
+    return "changes come from the page itself, not from another site's (a proxy in between must pass the Host header on)";
 }
 
 }  // namespace roomfix

@@ -4,14 +4,19 @@
 #include <httplib.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cassert>
 #include <chrono>
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <string_view>
 #include <thread>
 
 #include "roomfix/connect/connection_threads.hpp"
+#include "roomfix/connect/web_routes.hpp"
 
 namespace roomfix {
 namespace {
@@ -22,9 +27,29 @@ constexpr int waiting_connections = 512;  // that the system keeps until they ar
 constexpr int patience = 5;               // s: for a request to come, and for a client to take its answer
 constexpr std::size_t largest_body = 64 * 1024;
 
+using Handled = httplib::Server::HandlerResponse;
+
+/// Answers before the body has been read: what comes of it would be taken for the next request, so the connection ends.
+Handled end_with(httplib::Response& response, int status, const std::string& text) {
+    response.status = status;
+    response.set_header("Connection", "close");
+    response.set_content_provider(text.size(), "text/plain", [text](std::size_t, std::size_t, httplib::DataSink& sink) {
+        (void)sink.write(text.data(), text.size());
+        return false;
+    });
+    return Handled::Handled;
+}
+
+/// Bodies whose length is not told, or that become longer than they are, have no limit.
+bool has_body_without_limit(const httplib::Request& request) {
+    const bool may_have_body = request.method != "GET" && request.method != "HEAD" && request.method != "DELETE";
+    return request.has_header("Transfer-Encoding") || request.has_header("Content-Encoding") || (may_have_body && !request.has_header("Content-Length"));
+}
+
 }  // namespace
 
 struct WebServer::Impl {
+    WebAccess access;
     std::unique_ptr<httplib::Server> server;
     std::thread thread;
     socket_t socket = INVALID_SOCKET;
@@ -37,22 +62,38 @@ struct WebServer::Impl {
     std::shared_ptr<const std::string> state = std::make_shared<const std::string>("{}");
     std::uint64_t version = 0;
     bool stopping = false;
-    std::function<std::vector<std::uint8_t>(const std::string&)> picture;
-    std::map<std::string, WebAnswerer> added;  // by their paths
+    std::map<std::string, WebAnswerer> answerers;  // by their routes
 
+    Impl();
     bool write_event(httplib::DataSink& sink, std::uint64_t& seen);
     void answer_events(httplib::Response& response);
-    void answer_picture(const std::string& camera, httplib::Response& response);
-    void answer_added(const httplib::Request& request, httplib::Response& response);
+    WebAnswer answer_access(WebRole role);
+    Handled look_at(const httplib::Request& request, httplib::Response& response) const;
+    bool refuse_change(const httplib::Request& request, WebRole role, httplib::Response& response) const;
+    void answer(const httplib::Request& request, httplib::Response& response);
+    WebAnswer answer_none(const std::string& path, httplib::Response& response);
     void set_limits();
-    void ask_for(const std::string& token);
     void add_routes();
     void add_page();
 };
 
+WebServer::Impl::Impl() {
+    answerers["GET /api/openapi.json"] = [](const WebQuestion&) { return WebAnswer{200, "application/json", std::string(openapi_text())}; };
+    answerers["GET /api/access"] = [this](const WebQuestion& question) { return answer_access(question.role); };
+    answerers["GET /api/site"] = [this](const WebQuestion&) {
+        const std::lock_guard lock(mutex);
+        return WebAnswer{200, "application/json", site};
+    };
+    answerers["GET /api/state"] = [this](const WebQuestion&) {
+        const std::lock_guard lock(mutex);
+        return WebAnswer{200, "application/json", *state};
+    };
+}
+
 /// Waits for a state newer than `seen` and writes it as one event; a comment every few seconds keeps proxies awake.
 bool WebServer::Impl::write_event(httplib::DataSink& sink, std::uint64_t& seen) {
     std::shared_ptr<const std::string> newest;
+    const bool first = seen == 0;
     {
         std::unique_lock lock(mutex);
         const bool news = changed.wait_for(lock, std::chrono::seconds(5), [&] { return stopping || version != seen; });
@@ -60,7 +101,8 @@ bool WebServer::Impl::write_event(httplib::DataSink& sink, std::uint64_t& seen) 
         if (news) newest = state;
         seen = version;
     }
-    const std::string event = newest ? "event: state\ndata: " + *newest + "\n\n" : ": still here\n\n";
+    std::string event = newest ? "event: state\ndata: " + *newest + "\n\n" : ": still here\n\n";
+    if (first) event.insert(0, "retry: 1000\n");  // ms until a browser that lost us tries again
     return sink.write(event.data(), event.size());
 }
 
@@ -77,32 +119,74 @@ void WebServer::Impl::answer_events(httplib::Response& response) {
         "text/event-stream", [this, seen](std::size_t, httplib::DataSink& sink) { return write_event(sink, *seen); }, [this](bool) { --event_streams; });
 }
 
-void WebServer::Impl::answer_picture(const std::string& camera, httplib::Response& response) {
-    std::function<std::vector<std::uint8_t>(const std::string&)> source;
-    {
-        const std::lock_guard lock(mutex);
-        source = picture;
-    }
-    const auto bytes = source ? source(camera) : std::vector<std::uint8_t>();
-    if (bytes.empty()) {
-        response.status = 404;
-        response.set_content("no picture of this camera yet\n", "text/plain");
-        return;
-    }
-    response.set_header("Cache-Control", "no-store");
-    response.set_content(reinterpret_cast<const char*>(bytes.data()), bytes.size(), "image/jpeg");
+WebAnswer WebServer::Impl::answer_access(WebRole role) {
+    const std::lock_guard lock(mutex);
+    const bool operators = !access.operator_token.empty() && answerers.contains("PUT /api/zones/{id}");
+    return {200, "application/json", fmt::format(R"({{"role":"{}","operators":{}}})", role == WebRole::operating ? "operator" : "viewer", operators)};
 }
 
-/// What nobody else answers.
-void WebServer::Impl::answer_added(const httplib::Request& request, httplib::Response& response) {
+/// Before anything else: who does not show the token gets no answer but where to put it.
+Handled WebServer::Impl::look_at(const httplib::Request& request, httplib::Response& response) const {
+    if (role_of(access, request.get_header_value("Authorization")) == WebRole::nobody) {
+        response.set_header("WWW-Authenticate", "Basic realm=\"roomfix: any name, the token as password\"");
+        return end_with(response, 401, "a token is needed\n");
+    }
+    if (has_body_without_limit(request)) return end_with(response, 411, "the length of the body must be told, and it must not be compressed\n");
+    return Handled::Unhandled;
+}
+
+/// Says why, if this request must not change anything.
+bool WebServer::Impl::refuse_change(const httplib::Request& request, WebRole role, httplib::Response& response) const {
+    std::string reason = "nothing can be changed here: the site file names no operator (outputs.web.operator)\n";
+    response.status = 403;
+    if (!access.operator_token.empty()) {
+        const std::string type = request.get_header_value("Content-Type");
+        const bool body = request.method == "PUT" || !request.body.empty();
+        reason = foreign_change({request.get_header_value("Origin"), request.get_header_value("Host"), body ? std::optional(type) : std::nullopt});
+        if (role == WebRole::operating && reason.empty()) return false;
+        if (role != WebRole::operating) {
+            reason = "only the operator may change this: the operator's token is needed";
+            if (access.token.empty()) response.status = 401;
+            response.set_header("WWW-Authenticate", "Bearer realm=\"roomfix: the operator's token\"");
+        }
+        reason += '\n';
+    }
+    response.set_content(reason, "text/plain");
+    return true;
+}
+
+/// The path of no route, or asked for in another way than it can be.
+WebAnswer WebServer::Impl::answer_none(const std::string& path, httplib::Response& response) {
+    std::string methods;
+    for (const auto& [route, answerer] : answerers) {
+        if (id_in(path, route)) methods += (methods.empty() ? "" : ", ") + route.substr(0, route.find(' '));
+    }
+    if (methods.empty()) return {404, "text/plain", "there is nothing at this address\n"};
+    response.set_header("Allow", methods);
+    return {405, "text/plain", fmt::format("this address takes {} only\n", methods)};
+}
+
+void WebServer::Impl::answer(const httplib::Request& request, httplib::Response& response) {
+    WebQuestion question{request.params, "", request.body, role_of(access, request.get_header_value("Authorization"))};
+    const std::string method = request.method == "HEAD" ? "GET" : request.method;
     WebAnswerer answerer;
+    WebAnswer answer;
     {
         const std::lock_guard lock(mutex);
-        if (const auto found = added.find(request.path); found != added.end()) answerer = found->second;
+        for (const auto& [route, candidate] : answerers) {
+            const auto id = route.starts_with(method + " ") ? id_in(request.path, route) : std::nullopt;
+            if (!id) continue;
+            answerer = candidate;
+            question.id = *id;
+        }
+        if (!answerer) answer = answer_none(request.path, response);
     }
-    WebAnswer answer{404, "text/plain", "there is nothing at this address\n"};
-    if (answerer) answer = answerer(request.params);
+    if (answerer) {
+        if (method != "GET" && refuse_change(request, question.role, response)) return;
+        answer = answerer(question);
+    }
     response.status = answer.status;
+    response.set_header("Cache-Control", "no-store");
     response.set_content(std::move(answer.body), answer.type);
 }
 
@@ -121,17 +205,11 @@ void WebServer::Impl::add_page() {
 }
 
 void WebServer::Impl::add_routes() {
-    server->Get("/api/site", [this](const httplib::Request&, httplib::Response& response) {
-        const std::lock_guard lock(mutex);
-        response.set_content(site, "application/json");
-    });
-    server->Get("/api/state", [this](const httplib::Request&, httplib::Response& response) {
-        const std::lock_guard lock(mutex);
-        response.set_content(*state, "application/json");
-    });
+    server->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) { return look_at(request, response); });
+    add_page();
     server->Get("/api/events", [this](const httplib::Request&, httplib::Response& response) { answer_events(response); });
-    server->Get(R"(/api/cameras/([A-Za-z0-9_-]+)\.jpg)",
-                [this](const httplib::Request& request, httplib::Response& response) { answer_picture(request.matches[1], response); });
+    const auto other = [this](const httplib::Request& request, httplib::Response& response) { answer(request, response); };
+    server->Get(".*", other).Put(".*", other).Delete(".*", other).Post(".*", other).Patch(".*", other);
 }
 
 void WebServer::Impl::set_limits() {
@@ -149,17 +227,6 @@ void WebServer::Impl::set_limits() {
     server->set_default_headers({{"X-Content-Type-Options", "nosniff"}});
 }
 
-/// Who does not show the token gets no answer but where to put it.
-void WebServer::Impl::ask_for(const std::string& token) {
-    server->set_pre_routing_handler([token](const httplib::Request& request, httplib::Response& response) {
-        if (shows_token(request.get_header_value("Authorization"), token)) return httplib::Server::HandlerResponse::Unhandled;
-        response.status = 401;
-        response.set_header("WWW-Authenticate", "Basic realm=\"roomfix: any name, the token as password\"");
-        response.set_content("a token is needed\n", "text/plain");
-        return httplib::Server::HandlerResponse::Handled;
-    });
-}
-
 WebServer::WebServer() : impl_(std::make_unique<Impl>()) {}
 
 WebServer::~WebServer() { stop(); }
@@ -169,14 +236,10 @@ void WebServer::set_site(std::string json) {
     impl_->site = std::move(json);
 }
 
-void WebServer::set_picture_source(std::function<std::vector<std::uint8_t>(const std::string&)> source) {
+void WebServer::add_route(const std::string& route, WebAnswerer answerer) {
+    assert(std::find(web_routes.begin(), web_routes.end(), route) != web_routes.end());
     const std::lock_guard lock(impl_->mutex);
-    impl_->picture = std::move(source);
-}
-
-void WebServer::add_route(const std::string& path, WebAnswerer answerer) {
-    const std::lock_guard lock(impl_->mutex);
-    impl_->added[path] = std::move(answerer);
+    impl_->answerers[route] = std::move(answerer);
 }
 
 Result<void> WebServer::start(const WebAccess& access) {
@@ -191,11 +254,9 @@ Result<void> WebServer::start(const WebAccess& access) {
                             access.certificate, access.key)};
         }
     }
+    impl_->access = access;
     impl_->set_limits();
-    if (!access.token.empty()) impl_->ask_for(access.token);
     impl_->add_routes();
-    impl_->add_page();
-    impl_->server->Get(".*", [impl = impl_.get()](const httplib::Request& request, httplib::Response& response) { impl->answer_added(request, response); });
     if (access.port == 0) {
         impl_->port = impl_->server->bind_to_any_port(access.host);
     } else {

@@ -1,10 +1,10 @@
 // The page and its data over HTTP: files, JSON, server-sent events, the cameras' pictures.
 #pragma once
 
-#include <cstdint>
-#include <functional>
+#include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "roomfix/connect/web_access.hpp"
@@ -23,9 +23,12 @@ struct EmbeddedFile {
 /// The built page; empty if the program was built without it.
 const std::vector<EmbeddedFile>& page_files();
 
-/// Serves GET / and the page's files, /api/site, /api/state, /api/events (a "state" event whenever publish() is called), /api/cameras/ID.jpg and what is added.
-/// Answers only; nothing can be changed through it. Requests are bounded in size and time, connections and event streams in number: slow and idle clients
-/// hold up nobody else.
+/// docs/openapi.json, which is part of the program.
+std::string_view openapi_text();
+
+/// Serves GET / and the page's files, and the routes of web_routes.hpp: by itself /api/site, /api/state, /api/events (a "state" event whenever publish() is
+/// called), /api/access and /api/openapi.json, the others once they are added. What is not a GET changes something: only the operator may, and no other site's
+/// page. Requests are bounded in size and time, connections and event streams in number: slow and idle clients hold up nobody else.
 class WebServer {
 public:
     WebServer();
@@ -35,10 +38,8 @@ public:
 
     /// What /api/site answers.
     void set_site(std::string json);
-    /// Called for /api/cameras/ID.jpg; an empty answer means there is no such picture (yet).
-    void set_picture_source(std::function<std::vector<std::uint8_t>(const std::string& camera)> source);
-    /// `answerer` is called for a path such as /metrics, from several threads at once.
-    void add_route(const std::string& path, WebAnswerer answerer);
+    /// `route` is one of web_routes; `answerer` is called from several threads at once.
+    void add_route(const std::string& route, WebAnswerer answerer);
 
     /// Starts serving in threads of its own. An error if the address is taken or not ours, or the certificate cannot be used.
     Result<void> start(const WebAccess& access);

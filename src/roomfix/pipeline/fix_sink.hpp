@@ -1,21 +1,31 @@
 // Where fixes go: files, the page, whatever else.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/observation/fix.hpp"
 #include "roomfix/observation/odometry_observation.hpp"
+#include "roomfix/pipeline/zone_event.hpp"
 
 namespace roomfix {
 
 /// The fixes of one moment.
 struct FixBatch {
     Nanoseconds time = 0;
-    std::vector<Fix> given;                     // those that are due: of robots that this moment says something about, and of lost ones
-    std::vector<Fix> all;                       // of every robot that anything was said of, at that time
-    std::vector<OdometryObservation> odometry;  // what robots' wheels reported since the last batch, as it came
+    std::vector<Fix> given;                                 // those that are due: of robots that this moment says something about, and of lost ones
+    std::vector<Fix> all;                                   // of every robot that anything was said of, at that time
+    std::vector<OdometryObservation> odometry;              // what robots' wheels reported since the last batch, as it came
+    std::vector<ZoneEvent> zone_events;                     // what the given fixes change
+    std::map<std::string, std::vector<std::string>> zones;  // that robots are in, each in the order of the site file; robots in none are left out
+
+    /// The zones that a robot is in.
+    std::vector<std::string> zones_of(const std::string& robot) const {
+        const auto found = zones.find(robot);
+        return found == zones.end() ? std::vector<std::string>() : found->second;
+    }
 };
 
 /// How a sink fares, for the page and the final report.

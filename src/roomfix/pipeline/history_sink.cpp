@@ -146,9 +146,9 @@ Result<WebAnswerer> history_answerer(const Site& site) {
     };
     const auto shared = std::make_shared<Shared>();
     shared->store = std::move(*store);
-    return WebAnswerer([shared](const WebParameters& parameters) {
+    return WebAnswerer([shared](const WebQuestion& question) {
         const std::lock_guard lock(shared->mutex);
-        return answer_history(*shared->store, parameters);
+        return answer_history(*shared->store, question.parameters);
     });
 }
 

@@ -10,7 +10,7 @@
 namespace roomfix {
 
 MqttSink::MqttSink(const Site& site, const MqttOutput& output)
-    : output_(output), topics_(output.prefix + "/" + topic_word(site.name)), node_(topic_word(output.prefix + "_" + site.name)), zones_(site.zones) {}
+    : output_(output), topics_(output.prefix + "/" + topic_word(site.name)), node_(topic_word(output.prefix + "_" + site.name)) {}
 
 Result<MqttConnection> mqtt_connection(const Site& site, const MqttOutput& output) {
     MqttConnection connection{output.host, output.port, "", output.user, "", output.tls, ""};
@@ -62,13 +62,12 @@ bool MqttSink::is_due(Nanoseconds time, Nanoseconds& last) const {
     return true;
 }
 
-void MqttSink::tell(const Fix& fix) {
+void MqttSink::tell(const Fix& fix, const FixBatch& batch) {
     const std::string base = topics_ + "/" + topic_word(fix.robot);
     if (!last_.contains(fix.robot)) introduce(fix.robot);
     client_->retain(base + "/status", fix.status == FixStatus::none ? "offline" : "online");
     if (fix.status == FixStatus::none) return;
-    for (const ZoneEvent& event : zones_.update(fix)) tell(event);
-    const std::vector<std::string> within = zones_.zones_of(fix.robot);
+    const std::vector<std::string> within = batch.zones_of(fix.robot);
     client_->retain(base + "/zone", within.empty() ? "None" : within.front());
     if (is_due(fix.time, last_[fix.robot])) client_->publish(base + "/pose", pose_payload(fix));
 }
@@ -80,19 +79,17 @@ void MqttSink::forget_gone(const FixBatch& batch) {
     std::erase_if(last_, [&](const auto& robot) {
         const auto is_it = [&](const Fix& fix) { return fix.robot == robot.first; };
         if (lasting_.contains(robot.first) || std::any_of(batch.all.begin(), batch.all.end(), is_it)) return false;
-        for (const ZoneEvent& event : zones_.forget(robot.first, batch.time)) tell(event);
         for (const char* topic : {"/status", "/zone"}) client_->retain(topics_ + "/" + topic_word(robot.first) + topic, "");
         return true;
     });
 }
 
-void MqttSink::tell(const ZoneEvent& event) { client_->publish(topics_ + "/zones/" + event.zone, zone_payload(event.time, event.robot, event.entered)); }
-
 Result<void> MqttSink::give(const FixBatch& batch) {
+    for (const ZoneEvent& event : batch.zone_events) client_->publish(topics_ + "/zones/" + event.zone, zone_payload(event.time, event.robot, event.entered));
     for (const Fix& fix : batch.given) {
         if (fix.robot.empty()) continue;
         if (!fix.unknown) {
-            tell(fix);
+            tell(fix, batch);
         } else if (fix.status != FixStatus::none && is_due(fix.time, last_unknown_[fix.robot])) {
             client_->publish(topics_ + "/unknown/" + topic_word(fix.robot) + "/pose", pose_payload(fix));
         }

@@ -8,7 +8,7 @@
 
 #include "roomfix/connect/mqtt_client.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
-#include "roomfix/pipeline/zone_watch.hpp"
+#include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
@@ -28,15 +28,13 @@ public:
 private:
     MqttSink(const Site& site, const MqttOutput& output);
     void introduce(const std::string& robot);
-    void tell(const Fix& fix);
+    void tell(const Fix& fix, const FixBatch& batch);
     bool is_due(Nanoseconds time, Nanoseconds& last) const;
     void forget_gone(const FixBatch& batch);
-    void tell(const ZoneEvent& event);
 
     MqttOutput output_;
     std::string topics_;  // PREFIX/SITE
     std::string node_;
-    ZoneWatch zones_;
     std::set<std::string> lasting_;                    // robots that the site file names
     std::map<std::string, Nanoseconds> last_;          // pose of each robot
     std::map<std::string, Nanoseconds> last_unknown_;  // of what is no robot

@@ -1,4 +1,4 @@
-// What the page is told: the site once, the state several times a second. Documented in docs/formats.md.
+// The state that the page is told several times a second. Documented in docs/openapi.json.
 #include "roomfix/pipeline/page_sink.hpp"
 
 #include <chrono>
@@ -6,90 +6,22 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/connect/fix_json.hpp"
 #include "roomfix/connect/json_text.hpp"
+#include "roomfix/connect/zone_answer.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/camera_pipeline.hpp"
-#include "roomfix/pipeline/error_map.hpp"
 #include "roomfix/pipeline/live_senses.hpp"
 #include "roomfix/pipeline/metrics.hpp"
 #include "roomfix/pipeline/page_numbers.hpp"
+#include "roomfix/pipeline/page_site.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 
 namespace roomfix {
 namespace {
 
 using nlohmann::json;
-
-constexpr double farthest_view = 15;  // m: a field of view is drawn no farther than this
-
-json point(const Eigen::Vector2d& p) { return {rounded(p.x(), 1e-4), rounded(p.y(), 1e-4)}; }
-
-template <class Points>
-json points_json(const Points& points) {
-    json list = json::array();
-    for (const auto& p : points) list.push_back(point(p.template head<2>()));
-    return list;
-}
-
-/// The point between `from` and `to` where the first wall is met, or `to`.
-Eigen::Vector2d up_to_wall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const std::vector<Polyline>& walls) {
-    const Eigen::Vector2d ray = to - from;
-    double nearest = 1;
-    for (const Polyline& line : walls) {
-        for (std::size_t i = 1; i < line.size(); ++i) {
-            const Eigen::Vector2d wall = line[i] - line[i - 1];
-            const Eigen::Vector2d gap = line[i - 1] - from;
-            const double cross = ray.x() * wall.y() - ray.y() * wall.x();
-            if (std::abs(cross) < 1e-12) continue;
-            const double along_ray = (gap.x() * wall.y() - gap.y() * wall.x()) / cross;
-            const double along_wall = (gap.x() * ray.y() - gap.y() * ray.x()) / cross;
-            if (along_ray > 0 && along_wall >= 0 && along_wall <= 1) nearest = std::min(nearest, along_ray);
-        }
-    }
-    return from + nearest * ray;
-}
-
-/// The floor that a camera sees, as a polygon: the picture's border projected, cut off at walls and at a distance.
-json field_of_view(const View& view, const std::vector<Polyline>& walls) {
-    json polygon = json::array();
-    const double w = view.model.width - 1.0;
-    const double h = view.model.height - 1.0;
-    constexpr int steps = 80;
-    const auto add = [&](double u, double v) {
-        const Eigen::Vector2d foot = view.position().head<2>();
-        const auto floor = pixel_to_plane(view, {u, v}, 0);
-        Eigen::Vector2d p;
-        if (floor && (floor->point - foot).norm() < farthest_view) {
-            p = floor->point;
-        } else {
-            const auto ray = unproject(view.model, {u, v});
-            if (!ray) return;
-            const Eigen::Vector3d direction = view.map_from_camera.pose.linear() * ray->homogeneous();
-            if (direction.head<2>().norm() < 1e-9) return;
-            p = foot + farthest_view * direction.head<2>().normalized();
-        }
-        polygon.push_back(point(up_to_wall(foot, p, walls)));
-    };
-    for (int i = 0; i < steps; ++i) add(w * i / steps, 0);
-    for (int i = 0; i < steps; ++i) add(w, h * i / steps);
-    for (int i = 0; i < steps; ++i) add(w * (steps - i) / steps, h);
-    for (int i = 0; i < steps; ++i) add(0, h * (steps - i) / steps);
-    return polygon;
-}
-
-json errors_json(const View& view, const std::vector<Polyline>& walls) {
-    const ErrorMap map = error_map(view, walls, farthest_view);
-    json cells = json::array();
-    for (const ErrorCell& cell : map.cells) cells.push_back({rounded(cell.centre.x(), 1e-3), rounded(cell.centre.y(), 1e-3), rounded(cell.radius, 1e-4)});
-    return {{"cell", rounded(map.cell, 1e-4)}, {"cells", cells}};
-}
-
-json shape_json(const Shape& shape) {
-    if (const auto* box = std::get_if<Box>(&shape)) return {{"shape", "box"}, {"size", {box->length, box->width, box->height}}};
-    const auto& cylinder = std::get<Cylinder>(shape);
-    return {{"shape", "cylinder"}, {"size", {cylinder.diameter, cylinder.height}}};
-}
 
 json pixel(const Eigen::Vector2f& p) { return {rounded(static_cast<double>(p.x()), 0.1), rounded(static_cast<double>(p.y()), 0.1)}; }
 
@@ -133,20 +65,6 @@ void add_drawing(const ShownFrame& frame, json& state) {
     }
 }
 
-/// What does not change of a camera.
-json site_camera_json(const CameraPipeline& pipeline, const Site& site) {
-    const CameraModel& model = pipeline.camera().model;
-    json camera = {{"id", pipeline.id()}, {"width", model.width}, {"height", model.height}};
-    if (const FixedCamera* fixed = pipeline.fixed()) {
-        camera["position"] = point(fixed->view().position().head<2>());
-        camera["view"] = field_of_view(fixed->view(), site.walls);
-        camera["errors"] = errors_json(fixed->view(), site.walls);
-    } else {
-        camera["robot"] = site.robots[static_cast<std::size_t>(pipeline.robot())].id;
-    }
-    return camera;
-}
-
 json robot_json(const Fix& fix, const std::vector<std::string>& zones) {
     json robot = {{"id", fix.robot},
                   {"status", fix.unknown ? "unknown" : name_of(fix.status)},
@@ -174,6 +92,15 @@ json camera_json(const CameraState& state, const ShownFrame* frame) {
     return camera;
 }
 
+/// Who entered and left zones last.
+json events_json(const std::vector<ZoneEvent>& events) {
+    json list = json::array();
+    for (const ZoneEvent& event : events) {
+        list.push_back({{"time", to_seconds(event.time)}, {"robot", event.robot}, {"zone", event.zone}, {"event", event.entered ? "enter" : "leave"}});
+    }
+    return list;
+}
+
 /// Where readings come from and fixes go to.
 void add_connections(const SourceRunner& runner, json& state) {
     for (const SinkState& sink : runner.sink_states()) {
@@ -188,29 +115,6 @@ void add_connections(const SourceRunner& runner, json& state) {
 
 }  // namespace
 
-std::string PageSink::site_json() const {
-    const Site& described = tracker_.site();
-    json site = {{"name", described.name},     {"walls", json::array()},   {"cameras", json::array()}, {"robots", json::object()},
-                 {"landmarks", json::array()}, {"beacons", json::array()}, {"corners", json::array()}};
-    for (const Polyline& line : described.walls) site["walls"].push_back(points_json(line));
-    for (std::size_t c = 0; c < tracker_.cameras(); ++c) site["cameras"].push_back(site_camera_json(tracker_.pipeline(c), described));
-    for (const SiteRobot& robot : described.robots) {
-        site["robots"][robot.id] = shape_json(robot.shape);
-        site["robots"][robot.id]["many"] = robot.many;
-    }
-    for (const SiteLandmark& landmark : described.landmarks) site["landmarks"].push_back({{"id", landmark.id}, {"points", points_json(map_points(landmark))}});
-    site["zones"] = json::array();
-    for (const SiteZone& zone : described.zones) site["zones"].push_back({{"id", zone.id}, {"border", points_json(zone.border)}});
-    for (const SiteBeacon& beacon : described.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
-    for (const SiteCorner& corner : described.corners) {
-        constexpr double arm = 0.35;  // m, of its edges on the map
-        const Eigen::Vector2d at = corner.position.head<2>();
-        const auto along = [&](double angle) { return point(at + arm * Eigen::Vector2d(std::cos(angle), std::sin(angle))); };
-        site["corners"].push_back({{"id", corner.id}, {"points", {along(corner.yaw), point(at), along(corner.yaw + corner.wall_angle)}}});
-    }
-    return json_line(site);
-}
-
 /// The circle on the floor plan that a range draws around its beacon.
 static json range_json(const Site& site, const RangeObservation& range) {
     const SiteBeacon& beacon = site.beacons[static_cast<std::size_t>(range.beacon)];
@@ -222,13 +126,14 @@ static json range_json(const Site& site, const RangeObservation& range) {
 
 std::string PageSink::state_json(const FixBatch& batch) const {
     const SiteSnapshot site = tracker_.snapshot(batch.time);
-    json state = {{"time", to_seconds(batch.time)}, {"robots", json::array()}, {"cameras", json::array()}, {"ranges", json::array()}};
+    json state = {{"time", to_seconds(batch.time)}, {"site", site_version_}, {"robots", json::array()}, {"cameras", json::array()}, {"ranges", json::array()}};
     for (const Fix& fix : batch.all) {
-        if (fix.status != FixStatus::none) state["robots"].push_back(robot_json(fix, zones_.zones_of(fix.robot)));
+        if (fix.status != FixStatus::none) state["robots"].push_back(robot_json(fix, batch.zones_of(fix.robot)));
     }
     for (std::size_t c = 0; c < site.cameras.size(); ++c) state["cameras"].push_back(camera_json(site.cameras[c], site.frames[c].get()));
     for (const RangeObservation& range : site.ranges) state["ranges"].push_back(range_json(tracker_.site(), range));
-    if (runner_) add_connections(*runner_, state);
+    add_connections(runner_, state);
+    if (const auto events = runner_.zone_events(); !events.empty()) state["zone_events"] = events_json(events);
     const StageTimes& times = tracker_.stage_times();
     for (std::size_t s = 0; s < stages; ++s) {
         const StageSummary stage = times.summary(static_cast<Stage>(s));
@@ -238,41 +143,76 @@ std::string PageSink::state_json(const FixBatch& batch) const {
     return json_line(state);
 }
 
-std::vector<std::uint8_t> PageSink::picture_of(const std::string& camera) const {
+WebAnswer PageSink::picture_of(const std::string& camera) const {
     const auto shown = tracker_.shown_frame(camera);
-    return shown ? encode_jpeg(shown->picture, 80) : std::vector<std::uint8_t>();
+    if (!shown) return {404, "text/plain", "no picture of this camera yet\n"};
+    const auto bytes = encode_jpeg(shown->picture, 80);
+    return {200, "image/jpeg", {bytes.begin(), bytes.end()}};
+}
+
+WebAnswer PageSink::robot(const std::string& id) const {
+    const std::lock_guard lock(mutex_);
+    for (const Fix& fix : newest_.all) {
+        if (fix.robot != id) continue;
+        json robot = {{"id", id}, {"status", "none"}, {"reason", fix.reason}};
+        if (fix.status != FixStatus::none) robot = robot_json(fix, newest_.zones_of(id));
+        robot["time"] = to_seconds(fix.time);
+        return {200, "application/json", json_line(robot)};
+    }
+    return {404, "text/plain", "nothing is known of such a robot\n"};
 }
 
 std::string PageSink::metrics() const {
     std::vector<Fix> robots;
     {
         const std::lock_guard lock(mutex_);
-        robots = newest_;
+        robots = newest_.all;
     }
-    return metrics_text(tracker_, robots, runner_ ? runner_->sink_states() : std::vector<SinkState>());
+    return metrics_text(tracker_, robots, runner_.sink_states());
 }
 
-Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, const SourceRunner* runner) {
+void PageSink::add_routes(const std::string& site_file) {
+    server_.add_route("GET /api/cameras/{id}.jpg", [this](const WebQuestion& question) { return picture_of(question.id); });
+    server_.add_route("GET /api/robots/{id}", [this](const WebQuestion& question) { return robot(question.id); });
+    server_.add_route("GET /metrics", [this](const WebQuestion&) { return WebAnswer{200, "text/plain; version=0.0.4", metrics()}; });
+    if (plan_) server_.add_route("GET /api/plan.png", [this](const WebQuestion&) { return WebAnswer{200, "image/png", plan_->png}; });
+    if (site_file.empty()) return;
+    const auto editor = std::make_shared<ZoneEditor>(site_file);
+    server_.add_route("PUT /api/zones/{id}", [editor](const WebQuestion& question) { return editor->put(question); });
+    server_.add_route("DELETE /api/zones/{id}", [editor](const WebQuestion& question) { return editor->remove(question); });
+}
+
+Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const WebOutput& web, const SourceRunner& runner, const std::string& site_file) {
     auto access = web_access(web, tracker.site(), "the page");
     if (!access) return access.error();
     std::unique_ptr<PageSink> page(new PageSink(tracker, runner));
+    if (const auto& plan = tracker.site().plan) {
+        auto picture = load_plan_picture(tracker.site(), *plan);
+        if (!picture) return Error{"plan: " + picture.error().message};
+        page->plan_ = std::move(*picture);
+    }
     tracker.keep_frames();
-    page->server_.set_site(page->site_json());
-    page->server_.set_picture_source([shown = page.get()](const std::string& camera) { return shown->picture_of(camera); });
-    page->server_.add_route("/metrics", [shown = page.get()](const WebParameters&) { return WebAnswer{200, "text/plain; version=0.0.4", shown->metrics()}; });
+    page->show_site();
+    page->add_routes(site_file);
     if (auto started = page->server_.start(*access); !started) return started.error();
     return page;
+}
+
+/// With the zones of now. Those who look see by its number that there is something new.
+void PageSink::show_site() {
+    auto [zones, version] = runner_.zones();
+    zones_version_ = version;
+    site_version_ = system_now() / 1'000'000;
+    server_.set_site(page_site_json(tracker_, zones, plan_ ? &*plan_ : nullptr));
 }
 
 Result<void> PageSink::give(const FixBatch& batch) {
     constexpr auto least_interval = std::chrono::milliseconds(60);  // a screen needs no more
     {
         const std::lock_guard lock(mutex_);
-        newest_ = batch.all;
+        newest_ = batch;
     }
-    for (const Fix& fix : batch.all) {
-        if (!fix.unknown) (void)zones_.update(fix);
-    }
+    if (runner_.zones().second != zones_version_) show_site();
     server_.publish(state_json(batch));
     std::this_thread::sleep_for(least_interval);
     return {};

@@ -100,6 +100,7 @@ SiteEdit robot_edit(SiteRobot& robot, const Site& site, std::vector<CopiedFile>&
 /// The site file with its changes; where its way of writing does not allow them, the site written anew.
 std::string changed_text(const std::string& text, const std::vector<SiteEdit>& edits, const Site& site) {
     auto changed = without_section(text, "outputs");
+    if (changed) changed = without_section(*changed, "plan");
     for (const SiteEdit& edit : edits) {
         if (changed) changed = with_values(*changed, edit);
     }
@@ -117,7 +118,7 @@ bool says(const std::string& text, const Site& site) {
     };
     return std::equal(read.site.cameras.begin(), read.site.cameras.end(), site.cameras.begin(), site.cameras.end(), same_camera) &&
            std::equal(read.site.robots.begin(), read.site.robots.end(), site.robots.begin(), site.robots.end(), same_robot) &&
-           outputs_text(read.site.outputs).empty();
+           outputs_text(read.site.outputs).empty() && !read.site.plan;
 }
 
 }  // namespace
@@ -128,6 +129,7 @@ Result<SessionContent> session_content(const SiteTracker& tracker, const fs::pat
     SessionContent content;
     content.site = tracker.site();
     content.site.outputs = {};
+    content.site.plan.reset();  // it is only looked at
     std::vector<SiteEdit> edits;
     for (SiteCamera& camera : content.site.cameras) edits.push_back(camera_edit(camera, tracker.site(), background, content.files));
     for (SiteRobot& robot : content.site.robots) edits.push_back(robot_edit(robot, tracker.site(), content.files));

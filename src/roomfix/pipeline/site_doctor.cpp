@@ -14,6 +14,7 @@
 #include "roomfix/connect/fix_store.hpp"
 #include "roomfix/connect/mqtt_client.hpp"
 #include "roomfix/connect/network_camera.hpp"
+#include "roomfix/connect/plan_picture.hpp"
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/connect/udp_port.hpp"
 #include "roomfix/connect/web_server.hpp"
@@ -160,6 +161,7 @@ void Doctor::look_at_servers() const {
     for (const auto& [name, output] : servers) {
         if (!output) continue;
         look_at_secret(name, output->token);
+        look_at_secret(name, output->operator_token);
         WebServer server;
         const auto access = web_access(*output, site_, name);
         const auto started = access ? server.start(*access) : Result<void>(access.error());
@@ -211,6 +213,10 @@ void Doctor::look_at_folder(const std::string& what, const fs::path& folder) con
 }
 
 void Doctor::look_at_files() const {
+    if (site_.plan) {
+        const auto plan = load_plan_picture(site_, *site_.plan);
+        if (!plan) tell(Kind::problem, "plan", plan.error().message);
+    }
     const auto folder_of = [&](const std::string& file) { return fs::path(resolved_path(site_, file)).parent_path(); };
     if (!site_.outputs.jsonl.empty()) look_at_folder("fixes", folder_of(site_.outputs.jsonl));
     if (!site_.outputs.tum.empty()) look_at_folder("TUM files", folder_of(site_.outputs.tum));

@@ -19,15 +19,48 @@
 
 namespace roomfix {
 
-SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(std::make_unique<RecordedSenses>()) {
+SourceRunner::SourceRunner(SiteTracker& tracker) : tracker_(tracker), recorded_(std::make_unique<RecordedSenses>()), zones_(tracker.site().zones) {
     tracker_.on_fixes([this](const FixBatch& batch) {
         last_batch_ = steady_now();
-        if (sinks_.empty() && recorder_ == nullptr) return;
-        const auto shared = std::make_shared<const FixBatch>(batch);
-        if (recorder_ != nullptr) recorder_->give(shared);
-        for (const auto& sink : sinks_) sink->give(shared);
+        if (!sinks_.empty() || recorder_ != nullptr) give(batch);
     });
     tracker_.before_frames([this](Nanoseconds time) { process_senses_until(time); });
+}
+
+/// To the recording and all sinks, with what it says about zones.
+void SourceRunner::give(FixBatch batch) {
+    constexpr std::size_t most_events = 50;
+    {
+        const std::lock_guard lock(zones_mutex_);
+        last_time_ = batch.time;
+        zones_.watch(batch);
+        zone_events_.insert(zone_events_.end(), batch.zone_events.begin(), batch.zone_events.end());
+        while (zone_events_.size() > most_events) zone_events_.pop_front();
+    }
+    const auto shared = std::make_shared<const FixBatch>(std::move(batch));
+    if (recorder_ != nullptr) recorder_->give(shared);
+    for (const auto& sink : sinks_) sink->give(shared);
+}
+
+void SourceRunner::set_zones(std::vector<SiteZone> zones) {
+    Nanoseconds last = 0;
+    {
+        const std::lock_guard lock(zones_mutex_);
+        zones_.set_zones(std::move(zones));
+        ++zones_version_;
+        last = last_time_;
+    }
+    give({last, {}, tracker_.fixes(last)});  // whoever shows zones hears of it, even if nothing else comes
+}
+
+std::pair<std::vector<SiteZone>, int> SourceRunner::zones() const {
+    const std::lock_guard lock(zones_mutex_);
+    return {zones_.zones(), zones_version_};
+}
+
+std::vector<ZoneEvent> SourceRunner::zone_events() const {
+    const std::lock_guard lock(zones_mutex_);
+    return {zone_events_.begin(), zone_events_.end()};
 }
 
 /// The page, which is the last sink, may ask for the state of the others as long as it is there.
@@ -155,10 +188,7 @@ Result<void> SourceRunner::run(std::vector<std::unique_ptr<FrameSource>> sources
 }
 
 /// Sinks that show how cameras are doing hear of it, even if no camera is left whose frames would tell them. Nothing is due.
-void SourceRunner::tell_time(Nanoseconds now) {
-    const auto batch = std::make_shared<const FixBatch>(FixBatch{now, {}, tracker_.fixes(now)});
-    for (const auto& sink : sinks_) sink->give(batch);
-}
+void SourceRunner::tell_time(Nanoseconds now) { give({now, {}, tracker_.fixes(now)}); }
 
 /// While robots' senses that come live, and all cameras, say nothing: so that it is seen how they fare.
 void SourceRunner::tell_of_silence(const std::atomic<bool>& stop) {

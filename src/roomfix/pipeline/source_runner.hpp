@@ -2,15 +2,18 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "roomfix/connect/frame_source.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
 #include "roomfix/pipeline/site_tracker.hpp"
+#include "roomfix/pipeline/zone_watch.hpp"
 
 namespace roomfix {
 
@@ -46,6 +49,13 @@ public:
     /// Of senses whose readings come as they come, while it runs. From any thread.
     std::vector<SenseState> sense_states() const;
 
+    /// Zones that replace those of the site from now on. From any thread.
+    void set_zones(std::vector<SiteZone> zones);
+    /// The zones now, and how often they were replaced.
+    std::pair<std::vector<SiteZone>, int> zones() const;
+    /// The last ones, at most 50, the newest last. From any thread.
+    std::vector<ZoneEvent> zone_events() const;
+
     /// Runs all sources of the site to their end: recorded ones in the order of their times, live ones each in its thread. `stop` ends it
     /// early. `progress` gets 0..1.
     Result<void> run(const RunSettings& settings, const std::atomic<bool>& stop, const std::function<void(double)>& progress = {});
@@ -63,12 +73,18 @@ private:
     void process_senses_until(Nanoseconds time);
     void tell_time(Nanoseconds now);
     void tell_of_silence(const std::atomic<bool>& stop);
+    void give(FixBatch batch);
 
     SiteTracker& tracker_;
     SessionRecorder* recorder_ = nullptr;
     std::atomic<double> last_batch_{0};  // s, steady: when sinks last got something
     std::mutex senses_mutex_;            // held while recorded readings are told: live cameras and recordings may ask for them at once
     std::unique_ptr<RecordedSenses> recorded_;
+    mutable std::mutex zones_mutex_;  // guards:
+    ZoneWatch zones_;
+    int zones_version_ = 0;
+    Nanoseconds last_time_ = 0;  // of a batch
+    std::deque<ZoneEvent> zone_events_;
     mutable std::mutex states_mutex_;  // held while what follows is changed or asked for its state; fixes go to the sinks that were there before the run
     std::vector<std::unique_ptr<SinkQueue>> sinks_;
     std::unique_ptr<LiveSenses> live_senses_;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -40,21 +41,37 @@ double probability_within(const Polyline& border, const Eigen::Vector2d& place, 
     return within ? 1 - beyond : beyond;
 }
 
+void ZoneWatch::watch(FixBatch& batch) {
+    const auto add = [&](std::vector<ZoneEvent> events) { std::move(events.begin(), events.end(), std::back_inserter(batch.zone_events)); };
+    for (const Fix& fix : batch.given) {
+        if (!fix.unknown) add(update(fix));
+    }
+    std::vector<std::string> gone;
+    for (const auto& [robot, zones] : within_) {
+        const auto is_it = [&name = robot](const Fix& fix) { return fix.robot == name; };
+        if (std::none_of(batch.all.begin(), batch.all.end(), is_it)) gone.push_back(robot);
+    }
+    for (const std::string& robot : gone) add(forget(robot, batch.time));
+    for (const auto& [robot, zones] : within_) {
+        if (auto names = zones_of(robot); !names.empty()) batch.zones[robot] = std::move(names);
+    }
+}
+
 std::vector<ZoneEvent> ZoneWatch::update(const Fix& fix) {
     std::vector<ZoneEvent> events;
     if (fix.status == FixStatus::none || fix.robot.empty()) return events;
-    std::set<std::size_t>& within = within_[fix.robot];
-    for (std::size_t z = 0; z < zones_.size(); ++z) {
-        const double probability = probability_within(zones_[z].border, {fix.pose.x, fix.pose.y}, fix.covariance.topLeftCorner<2, 2>());
-        const bool was = within.contains(z);
+    std::set<std::string>& within = within_[fix.robot];
+    for (const SiteZone& zone : zones_) {
+        const double probability = probability_within(zone.border, {fix.pose.x, fix.pose.y}, fix.covariance.topLeftCorner<2, 2>());
+        const bool was = within.contains(zone.id);
         const bool is = was ? probability > settings_.outside : probability >= settings_.inside;
         if (is == was) continue;
         if (is) {
-            within.insert(z);
+            within.insert(zone.id);
         } else {
-            within.erase(z);
+            within.erase(zone.id);
         }
-        events.push_back({fix.time, zones_[z].id, fix.robot, is});
+        events.push_back({fix.time, zone.id, fix.robot, is});
     }
     return events;
 }
@@ -70,7 +87,9 @@ std::vector<std::string> ZoneWatch::zones_of(const std::string& robot) const {
     std::vector<std::string> names;
     const auto found = within_.find(robot);
     if (found == within_.end()) return names;
-    for (const std::size_t z : found->second) names.push_back(zones_[z].id);
+    for (const SiteZone& zone : zones_) {
+        if (found->second.contains(zone.id)) names.push_back(zone.id);
+    }
     return names;
 }
 

@@ -18,12 +18,6 @@ std::string list_text(const Range& values) {
     return text + "]";
 }
 
-std::string points_text(const Polyline& points) {
-    std::string text = "[";
-    for (std::size_t i = 0; i < points.size(); ++i) text += (i ? ", " : "") + list_text(points[i]);
-    return text + "]";
-}
-
 std::string transform_text(const Eigen::Isometry3d& pose) {
     const Eigen::Quaterniond q(pose.linear());
     const Eigen::Vector3d p = pose.translation();
@@ -155,6 +149,12 @@ std::string landmark_text(const SiteLandmark& landmark) {
 }
 
 }  // namespace
+
+std::string points_text(const Polyline& points) {
+    std::string text = "[";
+    for (std::size_t i = 0; i < points.size(); ++i) text += (i ? ", " : "") + list_text(points[i]);
+    return text + "]";
+}
 
 std::string parts_text(const std::vector<ConvexPart>& parts) {
     std::string text = "[";

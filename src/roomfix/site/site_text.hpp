@@ -21,5 +21,7 @@ std::vector<std::pair<std::string, std::string>> senses_text(const SiteRobot& ro
 /// A robot's parts as their points, whatever they were written as.
 std::string parts_text(const std::vector<ConvexPart>& parts);
 std::string distortion_text(const CameraModel& model);
+/// A wall or a zone's border: [[x, y], ...].
+std::string points_text(const Polyline& points);
 
 }  // namespace roomfix
