@@ -1,5 +1,6 @@
 // The last hour again: a slider over time, a heat map of where robots were, and the fixes as CSV.
 import './history.css';
+import { made } from './made';
 import type { HeatCell } from './map';
 import type { RecordedFix, RobotState } from './types';
 
@@ -9,12 +10,8 @@ const freshness = 1; // s: a robot whose last fix is older is not shown
 const cell = 0.25; // m, edge of the heat map's cells
 const speeds = [1, 10, 60];
 
-function made<K extends keyof HTMLElementTagNameMap>(name: K, properties: Partial<HTMLElementTagNameMap[K]>): HTMLElementTagNameMap[K] {
-  return Object.assign(document.createElement(name), properties);
-}
-
 /** A moment for people: the time of day, or seconds where the recording's clock began at zero. */
-function clockText(time: number): string {
+export function clockText(time: number): string {
   return time > 1e8 ? new Date(time * 1000).toLocaleTimeString() : `${time.toFixed(1)} s`;
 }
 

@@ -2,9 +2,11 @@ import './style.css';
 import { CameraCard } from './cameras';
 import { colourOf } from './colours';
 import { bestOfAll, errorClasses, errorsOf, errorText } from './errors';
-import { Past } from './history';
+import { clockText, Past } from './history';
 import { FloorMap } from './map';
-import type { RobotState, SenseState, SinkState, Site, State } from './types';
+import { Operator } from './operator';
+import type { RobotState, SenseState, SinkState, Site, State, Zone, ZoneEvent } from './types';
+import { ZoneTool } from './zones';
 
 function element<T extends Element = HTMLElement>(id: string): T {
   const found = document.getElementById(id);
@@ -30,6 +32,15 @@ const past = new Past(
   (cells) => map.setHeat(cells),
 );
 
+const zoneTool = new ZoneTool(map, element('map-panel'), element('map-tools'), (...change) => operator.send(...change), showZones);
+const operator = new Operator(document.querySelector('header')!, (yes) => zoneTool.allow(yes));
+let shownVersion = 0; // of the site
+
+function showZones(zones: Zone[]): void {
+  map.setZones(zones);
+  zoneTool.setZones(zones);
+}
+
 function connected(state: 'live' | 'connecting' | 'lost'): void {
   connection.textContent = state === 'lost' ? 'connection lost' : state;
   connection.dataset.status = state === 'live' ? 'ok' : state === 'lost' ? 'failed' : 'waiting';
@@ -38,11 +49,13 @@ function connected(state: 'live' | 'connecting' | 'lost'): void {
 /** The choice of an error map, for those cameras that have one. */
 function offerErrors(site: Site): void {
   const choice = element<HTMLSelectElement>('errors');
+  const before = choice.value;
   const cameras = site.cameras.filter((c) => c.errors?.cells.length);
   choice.hidden = cameras.length === 0;
   const options: [string, string][] = [['', 'No error map'], ...(cameras.length > 1 ? [[bestOfAll, 'Error: best camera'] as [string, string]] : [])];
   for (const camera of cameras) options.push([camera.id, `Error: ${camera.id}`]);
   choice.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+  if (options.some(([value]) => value === before)) choice.value = before;
   const legend = element('error-legend');
   legend.replaceChildren(
     'Expected 95 % error',
@@ -63,6 +76,7 @@ function showSite(site: Site): void {
   element('site-name').textContent = site.name;
   document.title = `${site.name} - roomfix`;
   map.setSite(site);
+  zoneTool.setZones(site.zones);
   offerErrors(site);
   const list = element('cameras');
   list.replaceChildren();
@@ -150,6 +164,11 @@ function showSenses(senses: SenseState[]): void {
   showRows('inputs', 'senses', senses.map((s) => ({ name: s.source, text: [`${s.readings} readings`, ...(s.message ? [s.message] : [])].join('; ') })));
 }
 
+function showZoneEvents(events: ZoneEvent[]): void {
+  const shown = events.slice(-8).reverse();
+  showRows('zone-events', 'events', shown.map((e) => ({ name: `${e.robot} ${e.event === 'enter' ? 'enters' : 'leaves'} ${e.zone}`, text: clockText(e.time) })));
+}
+
 function showRobotsAt(robots: RobotState[], time: number): void {
   map.setRobots(robots, time);
   showRobots(robots);
@@ -163,6 +182,7 @@ function showState(state: State): void {
   element('stages').textContent = stagesText(state.stages ?? {});
   showSinks(state.sinks ?? []);
   showSenses(state.senses ?? []);
+  showZoneEvents(state.zone_events ?? []);
   for (const camera of state.cameras) cards.get(camera.id)?.show(camera);
 }
 
@@ -173,22 +193,32 @@ function listen(): void {
   events.addEventListener('state', (event) => {
     connected('live');
     const state = JSON.parse((event as MessageEvent<string>).data) as Partial<State>;
-    if (state.robots && state.cameras) showState(state as State);
+    if (!state.robots || !state.cameras) return;
+    showState(state as State);
+    if (state.site !== shownVersion) void fetchSite();
   });
 }
 
+let fetching = false;
+
+/** True once the site is shown as it is now. */
+async function fetchSite(): Promise<boolean> {
+  if (fetching) return false;
+  fetching = true;
+  const answer = await fetch('api/site').catch(() => null);
+  const site = answer?.ok ? ((await answer.json()) as Site) : null;
+  fetching = false;
+  if (!site) return false;
+  shownVersion = site.version;
+  showSite(site);
+  void past.offer();
+  void operator.offer();
+  return true;
+}
+
 async function start(): Promise<void> {
-  for (;;) {
-    try {
-      const answer = await fetch('api/site');
-      if (answer.ok) {
-        showSite((await answer.json()) as Site);
-        void past.offer();
-        break;
-      }
-    } catch {
-      connected('lost');
-    }
+  while (!(await fetchSite())) {
+    connected('lost');
     await new Promise((resolve) => setTimeout(resolve, 1000));
   }
   listen();

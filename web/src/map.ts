@@ -1,5 +1,6 @@
 import { colourOf } from './colours';
 import { colourOfError, errorText } from './errors';
+import { planCorners, showPlan } from './plan';
 import { add, points, set } from './svg';
 import type { Beacon, ErrorMap, Point, RangeCircle, RobotShape, RobotState, Site, Zone } from './types';
 
@@ -32,8 +33,10 @@ interface Box {
 
 /** The floor plan, seen from above: x to the right, y up. */
 export class FloorMap {
-  private readonly svg: SVGSVGElement;
-  private readonly layers: { errors: SVGGElement; zones: SVGGElement; heat: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
+  readonly svg: SVGSVGElement;
+  /** Metres of the map, y up: what is added here lies above all else. */
+  readonly world: SVGGElement;
+  private readonly layers: { plan: SVGGElement; errors: SVGGElement; zones: SVGGElement; heat: SVGGElement; views: SVGGElement; walls: SVGGElement; ranges: SVGGElement; installed: SVGGElement; cameras: SVGGElement; robots: SVGGElement };
   private readonly drawn = new Map<string, Drawn>();
   private all: Box = { x: -1, y: -1, width: 2, height: 2 };
   private shown: Box = this.all;
@@ -42,8 +45,9 @@ export class FloorMap {
   constructor(svg: SVGSVGElement, private readonly onScale: (metres: number, pixels: number) => void) {
     this.svg = svg;
     // y points up on the map and down on the screen.
-    const world = add(svg, 'g', { transform: 'scale(1 -1)' });
+    const world = (this.world = add(svg, 'g', { transform: 'scale(1 -1)' }));
     this.layers = {
+      plan: add(world, 'g', { class: 'plan' }),
       errors: add(world, 'g', { class: 'errors' }),
       zones: add(world, 'g', { class: 'zones' }),
       heat: add(world, 'g', { class: 'heat' }),
@@ -60,11 +64,12 @@ export class FloorMap {
 
   setSite(site: Site): void {
     this.site = site;
-    for (const layer of [this.layers.zones, this.layers.views, this.layers.walls, this.layers.installed, this.layers.cameras]) layer.replaceChildren();
+    for (const layer of [this.layers.views, this.layers.walls, this.layers.installed, this.layers.cameras]) layer.replaceChildren();
     for (const landmark of site.landmarks) add(this.layers.installed, 'polygon', { points: points(landmark.points), 'data-landmark': landmark.id });
     for (const corner of site.corners) add(this.layers.installed, 'polyline', { points: points(corner.points), class: 'corner', 'data-corner': corner.id });
     for (const beacon of site.beacons) this.addBeacon(beacon);
-    for (const zone of site.zones) this.addZone(zone);
+    this.setZones(site.zones);
+    showPlan(this.layers.plan, site.plan);
     for (const wall of site.walls) add(this.layers.walls, 'polyline', { points: points(wall) });
     for (const camera of site.cameras) {
       if (!camera.position || !camera.view) continue;
@@ -74,21 +79,36 @@ export class FloorMap {
       const label = add(mark, 'text', { transform: 'scale(1 -1)', x: 0, y: 0.42 });
       label.textContent = camera.id;
     }
-    const corners: Point[] = site.walls.length
-      ? site.walls.flat().concat(site.cameras.flatMap((c) => (c.position ? [c.position] : [])))
-      : site.cameras.flatMap((c) => [...(c.view ?? []), ...(c.position ? [c.position] : [])]).concat(site.beacons.map((b) => b.position));
-    if (corners.length) {
-      const xs = corners.map((p) => p[0]);
-      const ys = corners.map((p) => p[1]);
-      const margin = 0.6;
-      this.all = {
-        x: Math.min(...xs) - margin,
-        y: -Math.max(...ys) - margin,
-        width: Math.max(...xs) - Math.min(...xs) + 2 * margin,
-        height: Math.max(...ys) - Math.min(...ys) + 2 * margin,
-      };
-    }
-    this.fit();
+    this.setExtent(site);
+  }
+
+  /** What is shown at first, and by "Fit". A site that changed only a little does not move under whoever looks at it. */
+  private setExtent(site: Site): void {
+    const cameras = site.cameras.flatMap((c) => (c.position ? [c.position] : []));
+    const seen = site.cameras.flatMap((c) => c.view ?? []);
+    const corners: Point[] = site.walls.length ? site.walls.flat().concat(cameras) : seen.concat(cameras, site.beacons.map((b) => b.position), planCorners(site.plan));
+    if (corners.length === 0) return this.fit();
+    const xs = corners.map((p) => p[0]);
+    const ys = corners.map((p) => p[1]);
+    const margin = 0.6;
+    const before = this.all;
+    this.all = {
+      x: Math.min(...xs) - margin,
+      y: -Math.max(...ys) - margin,
+      width: Math.max(...xs) - Math.min(...xs) + 2 * margin,
+      height: Math.max(...ys) - Math.min(...ys) + 2 * margin,
+    };
+    if (JSON.stringify(before) !== JSON.stringify(this.all)) this.fit();
+  }
+
+  setZones(zones: Zone[]): void {
+    this.layers.zones.replaceChildren();
+    for (const zone of zones) this.addZone(zone);
+  }
+
+  /** This zone is being changed, and drawn by whoever does that; null or the name of none: none is. */
+  setAside(zone: string | null): void {
+    for (const mark of this.layers.zones.children) mark.classList.toggle('aside', (mark as SVGElement).dataset.zone === zone);
   }
 
   /** How exactly a place on the floor would be known. */
@@ -106,7 +126,7 @@ export class FloorMap {
   private addZone(zone: Zone): void {
     add(this.layers.zones, 'polygon', { points: points(zone.border), 'data-zone': zone.id });
     const left = zone.border.reduce((a, b) => (b[0] - b[1] < a[0] - a[1] ? b : a)); // its upper left corner
-    const label = add(this.layers.zones, 'text', { transform: 'scale(1 -1)', x: left[0] + 0.1, y: -left[1] + 0.28 });
+    const label = add(this.layers.zones, 'text', { transform: 'scale(1 -1)', x: left[0] + 0.1, y: -left[1] + 0.28, 'data-zone': zone.id });
     label.textContent = zone.id;
   }
 
@@ -223,6 +243,12 @@ export class FloorMap {
     this.svg.style.setProperty('--px', String(1 / perMetre)); // metres per screen pixel, for lines and letters of fixed size
     const metres = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((m) => m * perMetre > 60) ?? 100;
     this.onScale(metres, metres * perMetre);
+  }
+
+  /** The place on the map, to the millimetre. */
+  at(event: { clientX: number; clientY: number }): Point {
+    const [x, y] = this.toMap(event);
+    return [Math.round(1000 * x) / 1000, Math.round(-1000 * y) / 1000];
   }
 
   private toMap(event: { clientX: number; clientY: number }): Point {

@@ -1,4 +1,4 @@
-// What /api/site and /api/state say; see docs/formats.md. Metres, radians, pixels.
+// What /api/site and /api/state say; see docs/openapi.json. Metres, radians, pixels.
 export type Point = [number, number];
 export type Segment = [number, number, number, number];
 
@@ -38,6 +38,16 @@ export interface Zone {
   border: Point[];
 }
 
+/** Where the picture of the site's plan lies: its lower left corner (m), the direction of its lower edge (rad). */
+export interface Plan {
+  width: number; // px
+  height: number;
+  resolution: number; // m per pixel
+  x: number;
+  y: number;
+  yaw: number;
+}
+
 export interface RobotShape {
   shape: 'box' | 'cylinder';
   size: number[];
@@ -45,6 +55,7 @@ export interface RobotShape {
 }
 
 export interface Site {
+  version: number;
   name: string;
   walls: Point[][];
   cameras: SiteCamera[];
@@ -53,6 +64,7 @@ export interface Site {
   beacons: Beacon[];
   corners: Corner[];
   zones: Zone[];
+  plan?: Plan;
 }
 
 export interface RobotState {
@@ -114,12 +126,21 @@ export interface RangeCircle {
   radius: number;
 }
 
+export interface ZoneEvent {
+  time: number;
+  robot: string;
+  zone: string;
+  event: 'enter' | 'leave';
+}
+
 export interface State {
   time: number;
+  site: number; // the version of /api/site
   robots: RobotState[];
   cameras: CameraState[];
   ranges: RangeCircle[];
   sinks?: SinkState[];
   senses?: SenseState[];
+  zone_events?: ZoneEvent[]; // the newest last
   stages?: Record<string, [number, number, number]>; // ms of each stage: median, 95 %, 99 %
 }

@@ -203,7 +203,7 @@ void PageSink::show_site() {
     auto [zones, version] = runner_.zones();
     zones_version_ = version;
     site_version_ = system_now() / 1'000'000;
-    server_.set_site(page_site_json(tracker_, zones, plan_ ? &*plan_ : nullptr));
+    server_.set_site(page_site_json(tracker_, {site_version_, std::move(zones), plan_ ? &*plan_ : nullptr}));
 }
 
 Result<void> PageSink::give(const FixBatch& batch) {

@@ -105,10 +105,10 @@ json plan_json(const SitePlan& plan, const PlanPicture& picture) {
 
 }  // namespace
 
-std::string page_site_json(const SiteTracker& tracker, const std::vector<SiteZone>& zones, const PlanPicture* plan) {
+std::string page_site_json(const SiteTracker& tracker, const PageSite& now) {
     const Site& described = tracker.site();
-    json site = {{"name", described.name},     {"walls", json::array()},   {"cameras", json::array()}, {"robots", json::object()},
-                 {"landmarks", json::array()}, {"beacons", json::array()}, {"corners", json::array()}};
+    json site = {{"version", now.version},   {"name", described.name},     {"walls", json::array()},   {"cameras", json::array()},
+                 {"robots", json::object()}, {"landmarks", json::array()}, {"beacons", json::array()}, {"corners", json::array()}};
     for (const Polyline& line : described.walls) site["walls"].push_back(points_json(line));
     for (std::size_t c = 0; c < tracker.cameras(); ++c) site["cameras"].push_back(site_camera_json(tracker.pipeline(c), described));
     for (const SiteRobot& robot : described.robots) {
@@ -117,7 +117,7 @@ std::string page_site_json(const SiteTracker& tracker, const std::vector<SiteZon
     }
     for (const SiteLandmark& landmark : described.landmarks) site["landmarks"].push_back({{"id", landmark.id}, {"points", points_json(map_points(landmark))}});
     site["zones"] = json::array();
-    for (const SiteZone& zone : zones) site["zones"].push_back({{"id", zone.id}, {"border", points_json(zone.border)}});
+    for (const SiteZone& zone : now.zones) site["zones"].push_back({{"id", zone.id}, {"border", points_json(zone.border)}});
     for (const SiteBeacon& beacon : described.beacons) site["beacons"].push_back({{"id", beacon.id}, {"position", point(beacon.position.head<2>())}});
     for (const SiteCorner& corner : described.corners) {
         constexpr double arm = 0.35;  // m, of its edges on the map
@@ -125,7 +125,7 @@ std::string page_site_json(const SiteTracker& tracker, const std::vector<SiteZon
         const auto along = [&](double angle) { return point(at + arm * Eigen::Vector2d(std::cos(angle), std::sin(angle))); };
         site["corners"].push_back({{"id", corner.id}, {"points", {along(corner.yaw), point(at), along(corner.yaw + corner.wall_angle)}}});
     }
-    if (plan != nullptr) site["plan"] = plan_json(*described.plan, *plan);
+    if (now.plan != nullptr) site["plan"] = plan_json(*described.plan, *now.plan);
     return json_line(site);
 }
 

@@ -1,6 +1,7 @@
 // What the page is told of the site: once, and again where it changes. Documented in docs/openapi.json.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,14 @@
 
 namespace roomfix {
 
-/// The answer to /api/site. `zones`: those of now; `plan`: the picture of the site's plan, null where it has none.
-std::string page_site_json(const SiteTracker& tracker, const std::vector<SiteZone>& zones, const PlanPicture* plan);
+/// What changes of it, and goes with it.
+struct PageSite {
+    std::int64_t version = 0;  // another one whenever anything changes
+    std::vector<SiteZone> zones;
+    const PlanPicture* plan = nullptr;  // of the site's plan; null: it has none
+};
+
+/// The answer to /api/site.
+std::string page_site_json(const SiteTracker& tracker, const PageSite& now);
 
 }  // namespace roomfix
