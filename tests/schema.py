@@ -31,6 +31,9 @@ for breakage in (
     lambda s: s["robots"].update(r={"shape": "box", "size": [1, 1, 1], "model_scale": 0.001}),
     lambda s: s["robots"].update(r={"model": "cart.body", "shape": "box", "size": [1, 1, 1]}),
     lambda s: s["robots"].update(r={"parts": [{"box": [1, 1, 1], "at": [0, 0, 0.5]}], "shape": "box", "size": [1, 1, 1]}),
+    lambda s: s.update(plan="plan.png"),
+    lambda s: s.update(plan={"image": "plan.png"}),
+    lambda s: s.update(outputs={"foxglove": {"operator": {"env": "TOKEN"}}}),
 ):
     bad = json.loads(json.dumps(good))
     breakage(bad)
@@ -48,6 +51,11 @@ for body in (
     fine["robots"]["r"] = body
     for error in validator.iter_errors(fine):
         print(f"the schema refuses {body}: {error.message}")
+        failures += 1
+for part in ({"plan": "maps/hall.yaml"}, {"plan": {"image": "plan.png", "resolution": 0.05, "origin": [-1, 2.5, 90]}},
+             {"outputs": {"web": {"token": {"file": "token"}, "operator": {"env": "TOKEN"}}}}):
+    for error in validator.iter_errors({**good, **part}):
+        print(f"the schema refuses {part}: {error.message}")
         failures += 1
 print(f"{len(examples)} example(s), {failures} failure(s)")
 sys.exit(failures > 0)

@@ -58,6 +58,41 @@ TEST(ZoneWatch, ALostRobotNeitherEntersNorLeaves) {
     EXPECT_EQ(watch.zones_of("r1").size(), 1U);
 }
 
+TEST(ZoneWatch, ABatchTellsWhoIsWhereAndWhoIsGone) {
+    ZoneWatch watch({{"hall", {{-9, -9}, {9, -9}, {9, 9}, {-9, 9}}}, {"dock", square}});
+    const Fix within = fix_at(1, 1, 0.1);
+    Fix thing = within;
+    thing.robot = "unknown-1";
+    thing.unknown = true;
+    FixBatch batch{0, {within, thing}, {within, thing}};
+    watch.watch(batch);
+    ASSERT_EQ(batch.zone_events.size(), 2U) << "a thing that is no robot enters nothing";
+    EXPECT_EQ(batch.zones_of("r1"), (std::vector<std::string>{"hall", "dock"})) << "in the order of the site file";
+    EXPECT_TRUE(batch.zones_of("unknown-1").empty());
+    FixBatch quiet{1, {}, {within}};  // nothing is due, and the robot stays where it is
+    watch.watch(quiet);
+    EXPECT_TRUE(quiet.zone_events.empty());
+    EXPECT_EQ(quiet.zones_of("r1").size(), 2U);
+    FixBatch gone{2, {}, {}};
+    watch.watch(gone);
+    ASSERT_EQ(gone.zone_events.size(), 2U);
+    EXPECT_FALSE(gone.zone_events[0].entered);
+    EXPECT_EQ(gone.zone_events[0].time, 2);
+    EXPECT_TRUE(gone.zones_of("r1").empty());
+}
+
+TEST(ZoneWatch, ZonesThatAreDrawnAnewAreEnteredByTheNextFix) {
+    ZoneWatch watch({{"dock", square}});
+    (void)watch.update(fix_at(1, 1, 0.1));
+    watch.set_zones({{"gate", square}, {"dock", square}});
+    EXPECT_EQ(watch.zones_of("r1"), std::vector<std::string>{"dock"});
+    const auto events = watch.update(fix_at(1, 1, 0.1));
+    ASSERT_EQ(events.size(), 1U);
+    EXPECT_EQ(events[0].zone, "gate");
+    watch.set_zones({});
+    EXPECT_TRUE(watch.zones_of("r1").empty());
+}
+
 TEST(ZoneWatch, ACornerThatPointsInwardIsOutside) {
     const Polyline arrow = {{0, 0}, {2, 1}, {0, 2}, {1, 1}};
     EXPECT_LT(probability_within(arrow, {0.5, 1}, 0.0001 * Eigen::Matrix2d::Identity()), 0.001);

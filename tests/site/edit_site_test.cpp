@@ -126,5 +126,62 @@ TEST(EditSite, TakesAWholeSectionOut) {
     EXPECT_FALSE(without_section("site: {name: x\n", "outputs"));
 }
 
+/// The zones of a text after one of them was changed in it.
+std::string zones_after(const std::string& text, const std::string& id, const std::string& value) {
+    const auto changed = with_entry(text, "zones", {id, value});
+    if (!changed) return changed.error().message;
+    std::string told;
+    for (const auto& zone : YAML::Load(*changed)["zones"]) told += zone.first.Scalar() + std::to_string(zone.second.size()) + " ";
+    return told + (changed->find("# kept") == std::string::npos ? "without the comment" : "");
+}
+
+TEST(EditSite, ChangesEntriesOfASectionHoweverItIsWritten) {
+    const std::string triangle = "[[0, 0], [1, 0], [0, 1]]", square = "[[0, 0], [1, 0], [1, 1], [0, 1]]";
+    const std::string head = "site: {name: x}  # kept\n";
+    for (const std::string& zones :
+         std::initializer_list<std::string>{std::string("zones:\n  a: ") + triangle + "\n  b: " + triangle + "\n",       // blocks
+                                            "zones: {a: " + triangle + ", b: " + triangle + "}\n",                       // braces
+                                            "zones:\n  a:\n    - [0, 0]\n    - [1, 0]\n    - [0, 1]\n  b: " + triangle,  // without a newline at the end
+                                            "zones:\n  a:\n  - [0, 0]\n  - [1, 0]\n  - [0, 1]\n  b:\n  - [0, 0]\n  - [1, 0]\n  - [0, 1]\nrobots: {}\n",
+                                            "zones:\n    a: [[0, 0],\n  [1, 0], [0, 1]]\n    b: " + triangle + "\noutputs: {}\n"}) {
+        EXPECT_EQ(zones_after(head + zones, "a", square), "a4 b3 ") << zones;
+        EXPECT_EQ(zones_after(head + zones, "b", square), "a3 b4 ") << zones;
+        EXPECT_EQ(zones_after(head + zones, "c", square), "a3 b3 c4 ") << zones;
+        EXPECT_EQ(zones_after(head + zones, "a", ""), "b3 ") << zones;
+        EXPECT_EQ(zones_after(head + zones, "b", ""), "a3 ") << zones;
+        EXPECT_EQ(zones_after(head + zones, "c", ""), "a3 b3 ") << zones;
+    }
+    for (const std::string& none : {"", "zones:\n", "zones: {}\n", "zones: {}  # none yet\nrobots: {}\n", "outputs: {}"}) {
+        EXPECT_EQ(zones_after(head + none, "a", square), "a4 ") << none;
+        EXPECT_EQ(zones_after(head + none, "a", ""), "") << none;
+    }
+    EXPECT_EQ(*with_entry("{site: {name: x}}", "zones", {"a", triangle}), "{site: {name: x}, zones: {a: " + triangle + "}}");
+    EXPECT_EQ(*with_entry("site: {name: x}\nzones:\n  a: " + triangle + "\nrobots: {}\n", "zones", {"a", ""}), "site: {name: x}\nrobots: {}\n");
+    EXPECT_FALSE(with_entry("a: [", "zones", {"a", triangle}));
+    EXPECT_FALSE(with_entry("", "zones", {"a", triangle}));
+}
+
+TEST(EditSite, AFilesModeStaysAndALinkLeadsToItAsBefore) {
+    const auto folder = std::filesystem::temp_directory_path() / "roomfix_replace_file";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "site.yaml") << "before";
+    std::filesystem::permissions(folder / "site.yaml", std::filesystem::perms(0640));
+    std::filesystem::create_symlink("site.yaml", folder / "link.yaml");
+    ASSERT_TRUE(replace_file(folder / "link.yaml", "after", folder / "copy"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.yaml"));
+    EXPECT_EQ(std::filesystem::status(folder / "site.yaml").permissions(), std::filesystem::perms(0640));
+    std::ifstream now(folder / "link.yaml"), copy(folder / "copy");
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(now), {}), "after");
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(copy), {}), "before");
+    std::filesystem::create_directory(folder / "site.yaml.new");  // nothing can be written there
+    const auto failed = replace_file(folder / "site.yaml", "never", folder / "copy");
+    ASSERT_FALSE(failed);
+    EXPECT_NE(failed.error().message.find("cannot be written"), std::string::npos);
+    std::ifstream still(folder / "site.yaml");
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(still), {}), "after");
+    EXPECT_FALSE(replace_file(folder / "none.yaml", "never", folder / "copy"));
+    std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace roomfix

@@ -22,7 +22,7 @@ TEST(Outputs, AreReadAndWrittenAgain) {
         "outputs:\n"
         "  jsonl: 'it''s.jsonl'\n"
         "  tum: ways\n"
-        "  web: {host: 0.0.0.0, port: 81, tls: {certificate: a.crt, key: a.key}, token: {env: PAGE_TOKEN}}\n"
+        "  web: {host: 0.0.0.0, port: 81, tls: {certificate: a.crt, key: a.key}, token: {env: PAGE_TOKEN}, operator: {file: op}}\n"
         "  foxglove: {port: 0}\n"
         "  mqtt: {host: broker, prefix: a/b, user: u, password: {file: secret}, tls: {ca: ca.crt}, rate: 2.5, home_assistant: true}\n"
         "  ros2: {domain: 7, robot_transform: true}\n"
@@ -37,6 +37,8 @@ TEST(Outputs, AreReadAndWrittenAgain) {
         ASSERT_TRUE(out.web && out.web->tls && out.web->token && out.mqtt && out.mqtt->tls && out.mqtt->password && out.ros2 && out.history && out.foxglove);
         EXPECT_EQ(out.web->tls->key, "a.key");
         EXPECT_EQ(out.web->token->variable, "PAGE_TOKEN");
+        ASSERT_TRUE(out.web->operator_token);
+        EXPECT_EQ(out.web->operator_token->file, "op");
         EXPECT_EQ(out.foxglove->port, 0);
         EXPECT_EQ(out.mqtt->port, 8883);  // of TLS
         EXPECT_EQ(out.mqtt->prefix, "a/b");
@@ -56,6 +58,10 @@ TEST(Outputs, WhatCannotWorkIsTold) {
     EXPECT_FALSE(complains(with_outputs("outputs: {web: {host: 0.0.0.0, insecure: true}}"), ""));
     EXPECT_TRUE(complains(with_outputs("outputs: {web: {token: secret}}"), "does not stand in the site file"));
     EXPECT_TRUE(complains(with_outputs("outputs: {web: {token: {file: a, env: b}}}"), "one of file and env"));
+    EXPECT_TRUE(complains(with_outputs("outputs: {web: {operator: secret}}"), "outputs.web.operator does not stand in the site file"));
+    EXPECT_TRUE(complains(with_outputs("outputs: {web: {host: 0.0.0.0, insecure: true, operator: {env: A}}}"), "everybody to read"));
+    EXPECT_FALSE(complains(with_outputs("outputs: {web: {operator: {env: A}}}"), "")) << "this machine only";
+    EXPECT_TRUE(complains(with_outputs("outputs: {foxglove: {operator: {env: A}}}"), "no key 'operator'"));
     EXPECT_TRUE(complains(with_outputs("outputs: {mqtt: {prefix: 'a/#'}}"), "beginning of a topic"));
     EXPECT_TRUE(complains(with_outputs("outputs: {mqtt: {password: {env: A}}}"), "no user"));
     EXPECT_TRUE(complains(with_outputs("outputs: {mqtt: {tls: {certificate: a}}}"), "come together"));
