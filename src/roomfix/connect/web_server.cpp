@@ -42,7 +42,7 @@ Handled end_with(httplib::Response& response, int status, const std::string& tex
 
 /// Bodies whose length is not told, or that become longer than they are, have no limit.
 bool has_body_without_limit(const httplib::Request& request) {
-    const bool may_have_body = request.method != "GET" && request.method != "HEAD" && request.method != "DELETE";
+    const bool may_have_body = request.method == "PUT" || request.method == "POST" || request.method == "PATCH";
     return request.has_header("Transfer-Encoding") || request.has_header("Content-Encoding") || (may_have_body && !request.has_header("Content-Length"));
 }
 

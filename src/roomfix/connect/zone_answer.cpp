@@ -84,8 +84,7 @@ WebAnswer ZoneEditor::Impl::change(const std::string& id, const Polyline& border
     }
     const auto changed = with_entry(*text, "zones", {id, border.empty() ? "" : points_text(border)});
     const LoadedSite after = changed ? parse_site(*changed, folder) : LoadedSite{};
-    if (changed && !after.usable()) return {422, "text/plain", problems_of(after)};
-    if (!changed || site_text(after.site) != site_text(wanted)) {
+    if (!changed || !after.usable() || site_text(after.site) != site_text(wanted)) {
         return {409, "text/plain", "the site file is written in a way that cannot be changed from here: write the zone into it by hand\n"};
     }
     const auto written = replace_file(file, *changed, std::filesystem::canonical(file).string() + "~");

@@ -21,7 +21,7 @@ public:
     ~ZoneEditor();
     ZoneEditor(ZoneEditor&&) noexcept;
 
-    /// 200 with the zone, 400 where the JSON is wrong, 409 where the file cannot be changed so, 422 where the site would be wrong, 500 where it cannot be written.
+    /// 200 with the zone, 400 where the JSON is wrong, 409 where the file has mistakes or cannot be changed so, 500 where it cannot be written.
     WebAnswer put(const WebQuestion& question);
     /// 204; 404 where there is no such zone; 409 and 500 as above.
     WebAnswer remove(const WebQuestion& question);
