@@ -70,7 +70,7 @@ void SiteWatch::watch(const std::atomic<bool>& stop, const std::function<void(co
         if (!settled || content == used || content == refusal || content.empty()) continue;
         if (auto site = load_site(file_)) {
             if (without_zones(content) == without_zones(used) && tell_zones(site->zones)) {
-                used = content;
+                used = refusal = content;
                 continue;
             }
             site_ = std::move(*site);
