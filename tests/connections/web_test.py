@@ -184,7 +184,7 @@ class Web(unittest.TestCase):
             if status != 204:
                 self.assertIn(kind, described[str(status)]["content"], f"{method} {path}: {text}")
         for path, item in description.openapi["paths"].items():
-            for method in item:
+            for method in item if path != "/api/events" else ():  # it has no end
                 self.assertNotEqual(change(method.upper(), address + path.replace("{id}", "x"))[2], "there is nothing at this address\n", path)
 
     def test_zones_that_an_operator_draws_are_in_the_site_file_and_in_force(self):

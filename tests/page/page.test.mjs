@@ -2,57 +2,26 @@
 // ROOMFIX is the program, ROOMFIX_SCREENSHOTS (optional) a folder for pictures to look at.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { tmpdir } from 'node:os';
-import { fileURLToPath } from 'node:url';
+import { addressOf, launch, picture, program } from './browser.mjs';
 
-const require = createRequire(fileURLToPath(new URL('../../web/package.json', import.meta.url)));
-const { chromium } = require('playwright-core');
-
-const program = process.env.ROOMFIX;
-const screenshots = process.env.ROOMFIX_SCREENSHOTS;
 let demo;
 let address;
 let browser;
-
-/** Where a program that has just been started shows its page. */
-function addressOf(started) {
-  return new Promise((resolve, reject) => {
-    let said = '';
-    started.stderr.on('data', (text) => {
-      said += text;
-      const found = said.match(/http:\/\/[\d.:]+/);
-      if (found) resolve(found[0]);
-    });
-    started.on('exit', () => reject(new Error(`the program ended: ${said}`)));
-  });
-}
 
 before(async () => {
   assert.ok(program, 'set ROOMFIX to the roomfix program');
   demo = spawn(program, ['demo', '--port', '0', '--seconds', '170'], { stdio: ['ignore', 'ignore', 'pipe'] });
   address = await addressOf(demo);
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-           '--disable-component-update', '--disable-sync'],
-  });
-  if (screenshots) mkdirSync(screenshots, { recursive: true });
+  browser = await launch();
 });
 
 after(async () => {
   await browser?.close();
   demo?.kill();
 });
-
-/** A picture to be looked at, where they are asked for; `settled` ms later. */
-async function picture(page, name, settled = 0) {
-  if (!screenshots) return;
-  await page.waitForTimeout(settled);
-  await page.screenshot({ path: `${screenshots}/${name}.png` });
-}
 
 async function open(options) {
   const context = await browser.newContext(options);
