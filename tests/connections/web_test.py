@@ -202,7 +202,7 @@ class Web(unittest.TestCase):
             self.assertIn(words, text)
         self.assertEqual(file.read_text(), before)
 
-        wait_until(lambda: json.loads(ask(f"{address}/api/state"))["robots"], "the robot is found")
+        wait_until(lambda: json.loads(ask(f"{address}/api/state")).get("robots"), "the robot is found")
         version = json.loads(ask(f"{address}/api/site"))["version"]
         self.assertEqual(change("PUT", f"{address}/api/zones/all", "turn it", {"border": border}, Origin=address)[0], 200)
         self.assertEqual(file.read_text(), before + "zones:\n  all: [[-50, -50], [50, -50], [50, 50], [-50, 50]]\n")

@@ -14,6 +14,8 @@ const siteFile = `${folder}/site/site.yaml`;
 let run;
 let address;
 let browser;
+let page; // of whoever becomes the operator
+let viewer; // somebody else's
 
 before(async () => {
   assert.ok(program, 'set ROOMFIX to the roomfix program');
@@ -25,6 +27,13 @@ before(async () => {
   writeFileSync(siteFile, readFileSync(siteFile, 'utf8') + more);
   run = spawn(program, ['run', siteFile, '--port', '0'], { stdio: ['ignore', 'ignore', 'pipe'], env: { ...process.env, ROOMFIX_TEST_OPERATOR: token } });
   [address, browser] = await Promise.all([addressOf(run), launch()]);
+  const open = async () => {
+    const opened = await (await browser.newContext({ viewport: { width: 1280, height: 800 } })).newPage();
+    await opened.goto(address);
+    await opened.waitForSelector('.plan image', { state: 'attached', timeout: 30000 });
+    return opened;
+  };
+  [page, viewer] = await Promise.all([open(), open()]);
 });
 
 after(async () => {
@@ -37,25 +46,17 @@ after(async () => {
   rmSync(folder, { recursive: true });
 });
 
-async function open(options = { viewport: { width: 1280, height: 800 } }) {
-  const context = await browser.newContext(options);
-  const page = await context.newPage();
-  await page.goto(address);
-  await page.waitForSelector('.plan image', { state: 'attached', timeout: 30000 });
-  return { page, close: () => context.close() };
-}
-
 /** Where a place of the map is in the window, px. */
-function onScreen(page, [x, y]) {
-  return page.evaluate(([mapX, mapY]) => {
+function onScreen([x, y], where = page) {
+  return where.evaluate(([mapX, mapY]) => {
     const svg = document.querySelector('#map');
     const p = new DOMPoint(mapX, -mapY).matrixTransform(svg.getScreenCTM());
     return [p.x, p.y];
   }, [x, y]);
 }
 
-async function clickAt(page, place) {
-  await page.mouse.click(...(await onScreen(page, place)));
+async function clickAt(place) {
+  await page.mouse.click(...(await onScreen(place)));
 }
 
 /** The corners of a zone in the site file. */
@@ -69,15 +70,14 @@ function assertNear(corners, expected) {
   corners.forEach(([x, y], i) => assert.ok(Math.hypot(x - expected[i][0], y - expected[i][1]) < 0.02, `corner ${i} is ${x}, ${y}`)); // a pixel or two
 }
 
-async function becomeOperator(page) {
-  await page.click('#operator');
-  await page.fill('#operator-token input', token);
-  await page.click('#operator-token [type=submit]');
-  await page.waitForSelector('#zone-tool', { state: 'visible' });
+async function becomeOperator(where) {
+  await where.click('#operator');
+  await where.fill('#operator-token input', token);
+  await where.click('#operator-token [type=submit]');
+  await where.waitForSelector('#zone-tool', { state: 'visible' });
 }
 
 test('who has not the token changes nothing', async () => {
-  const { page, close } = await open();
   await page.waitForSelector('#operator', { state: 'visible' });
   assert.equal(await page.isVisible('#zone-tool'), false);
   await page.click('#operator');
@@ -85,36 +85,32 @@ test('who has not the token changes nothing', async () => {
   await page.click('#operator-token [type=submit]');
   await page.waitForFunction(() => document.querySelector('#operator-token .message').textContent.includes('not the operator'));
   await picture(page, 'operator-wrong-token');
-  await page.fill('#operator-token input', token);
-  await page.click('#operator-token [type=submit]');
-  await page.waitForSelector('#zone-tool', { state: 'visible' });
-  await page.reload();
-  await page.waitForSelector('#zone-tool', { state: 'visible' }); // this tab remembers it
+  await page.keyboard.press('Escape');
+  await becomeOperator(page);
   await page.click('#operator');
   await page.waitForSelector('#zone-tool', { state: 'hidden' });
-  await close();
+  await becomeOperator(page);
+  await page.reload();
+  await page.waitForSelector('#zone-tool', { state: 'visible' }); // this tab remembers it
 });
 
 test('a zone is drawn, changed and deleted', async () => {
-  const { page, close } = await open();
-  const other = await open(); // somebody who only looks
-  await becomeOperator(page);
   await page.click('#zone-tool');
-  for (const corner of [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5]]) await clickAt(page, corner);
+  for (const corner of [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5]]) await clickAt(corner);
   await picture(page, 'zone-being-drawn');
   await page.fill('#zone-bar input', 'dock');
   await page.click('#zone-bar [type=submit]');
   await page.waitForSelector('#zone-bar', { state: 'hidden' });
   assertNear(written('dock'), [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5]]);
-  await other.page.waitForSelector('.zones [data-zone="dock"]', { state: 'attached', timeout: 30000 });
-  await picture(other.page, 'zone-seen-by-a-viewer');
+  await viewer.waitForSelector('.zones [data-zone="dock"]', { state: 'attached', timeout: 30000 });
+  await picture(viewer, 'zone-seen-by-a-viewer');
 
   await page.click('#zone-tool');
   await page.selectOption('#zone-bar select', 'dock');
-  await clickAt(page, [2, 2]); // of a zone that is there, a click makes no corner
-  await page.mouse.move(...(await onScreen(page, [1, 1]))); // half way between the last corner and the first
+  await clickAt([2, 2]); // of a zone that is there, a click makes no corner
+  await page.mouse.move(...(await onScreen([1, 1]))); // half way between the last corner and the first
   await page.mouse.down();
-  await page.mouse.move(...(await onScreen(page, [0.5, 1.5])), { steps: 3 });
+  await page.mouse.move(...(await onScreen([0.5, 1.5])), { steps: 3 });
   await page.mouse.up();
   await picture(page, 'zone-being-changed');
   await page.click('#zone-bar [type=submit]');
@@ -126,21 +122,17 @@ test('a zone is drawn, changed and deleted', async () => {
   await page.click('#zone-bar button >> text=Delete zone');
   await page.waitForSelector('#zone-bar', { state: 'hidden' });
   assert.equal(written('dock'), null);
-  await other.page.waitForSelector('.zones [data-zone="dock"]', { state: 'detached', timeout: 30000 });
-  await other.close();
-  await close();
+  await viewer.waitForSelector('.zones [data-zone="dock"]', { state: 'detached', timeout: 30000 });
 });
 
 test('what is wrong with a zone is said, and Escape gives it up', async () => {
-  const { page, close } = await open();
-  await becomeOperator(page);
   const before = readFileSync(siteFile, 'utf8');
   await page.click('#zone-tool');
   await page.fill('#zone-bar input', 'bow');
   const says = (words) => page.waitForFunction((part) => document.querySelector('#zone-bar .message').textContent.includes(part), words);
   await page.click('#zone-bar [type=submit]');
   await says('three corners or more');
-  for (const corner of [[0.2, 0.2], [1.2, 0.2], [0.2, 1.2], [1.2, 1.2]]) await clickAt(page, corner);
+  for (const corner of [[0.2, 0.2], [1.2, 0.2], [0.2, 1.2], [1.2, 1.2]]) await clickAt(corner);
   await page.click('#zone-bar [type=submit]');
   await says('crosses its own border');
   await picture(page, 'zone-refused');
@@ -148,16 +140,14 @@ test('what is wrong with a zone is said, and Escape gives it up', async () => {
   assert.equal(await page.isVisible('#zone-bar'), false);
   assert.equal(await page.locator('.drawn-zone *').count(), 0);
   assert.equal(readFileSync(siteFile, 'utf8'), before);
-  await close();
 });
 
 test('the plan lies where its file says', async () => {
-  const { page, close } = await open();
-  await picture(page, 'plan', 500);
-  await page.addStyleTag({ content: '#map > g > :not(.plan) { display: none }' });
-  await page.evaluate(() => document.querySelector('.plan image').decode?.());
-  const screenshot = (await page.screenshot()).toString('base64');
-  const [u, v] = await page.evaluate(async (png) => {
+  await picture(viewer, 'plan', 500);
+  await viewer.addStyleTag({ content: '#map > g > :not(.plan) { display: none }' });
+  await viewer.evaluate(() => document.querySelector('.plan image').decode?.());
+  const screenshot = (await viewer.screenshot()).toString('base64');
+  const [u, v] = await viewer.evaluate(async (png) => {
     const bitmap = await createImageBitmap(await (await fetch(`data:image/png;base64,${png}`)).blob());
     const canvas = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
     canvas.drawImage(bitmap, 0, 0);
@@ -173,24 +163,21 @@ test('the plan lies where its file says', async () => {
   }, screenshot);
   const [along, up] = [(plan.dark[0] + 0.5) * plan.resolution, (plan.height - plan.dark[1] - 0.5) * plan.resolution];
   const yaw = (plan.degrees * Math.PI) / 180;
-  const expected = await onScreen(page, [plan.x + along * Math.cos(yaw) - up * Math.sin(yaw), plan.y + along * Math.sin(yaw) + up * Math.cos(yaw)]);
+  const expected = await onScreen([plan.x + along * Math.cos(yaw) - up * Math.sin(yaw), plan.y + along * Math.sin(yaw) + up * Math.cos(yaw)], viewer);
   assert.ok(Math.hypot(u - expected[0], v - expected[1]) < 1.5, `the dark pixel is at ${u}, ${v} of the window, not at ${expected}`);
-  await close();
 });
 
 test('dark, and on a phone', async () => {
-  const dark = await open({ viewport: { width: 1280, height: 800 }, colorScheme: 'dark' });
-  await becomeOperator(dark.page);
-  await dark.page.click('#zone-tool');
-  await picture(dark.page, 'operator-dark', 300);
-  await dark.close();
-  const phone = await open({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
-  await becomeOperator(phone.page);
-  await phone.page.tap('#zone-tool');
-  for (const corner of [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5]]) await phone.page.touchscreen.tap(...(await onScreen(phone.page, corner)));
-  await phone.page.waitForFunction(() => document.querySelectorAll('.drawn-zone .corner').length === 3);
-  const width = await phone.page.evaluate(() => document.documentElement.scrollWidth);
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await page.click('#zone-tool');
+  await picture(page, 'operator-dark', 300);
+  const phone = await (await browser.newContext({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true })).newPage();
+  await phone.goto(address);
+  await becomeOperator(phone);
+  await phone.tap('#zone-tool');
+  for (const corner of [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5]]) await phone.touchscreen.tap(...(await onScreen(corner, phone)));
+  await phone.waitForFunction(() => document.querySelectorAll('.drawn-zone .corner').length === 3);
+  const width = await phone.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `nothing sticks out to the side (${width} px)`);
-  await picture(phone.page, 'operator-phone', 300);
-  await phone.close();
+  await picture(phone, 'operator-phone', 300);
 });

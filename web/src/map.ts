@@ -125,8 +125,8 @@ export class FloorMap {
 
   private addZone(zone: Zone): void {
     add(this.layers.zones, 'polygon', { points: points(zone.border), 'data-zone': zone.id });
-    const left = zone.border.reduce((a, b) => (b[0] - b[1] < a[0] - a[1] ? b : a)); // its upper left corner
-    const label = add(this.layers.zones, 'text', { transform: 'scale(1 -1)', x: left[0] + 0.1, y: -left[1] + 0.28, 'data-zone': zone.id });
+    const middle = (k: 0 | 1): number => zone.border.reduce((sum, corner) => sum + corner[k], 0) / zone.border.length;
+    const label = add(this.layers.zones, 'text', { transform: 'scale(1 -1)', x: middle(0), y: -middle(1), 'data-zone': zone.id });
     label.textContent = zone.id;
   }
 

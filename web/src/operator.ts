@@ -86,7 +86,7 @@ export class Operator {
 
   private show(access: Access): void {
     const operator = access.role === 'operator';
-    this.button.textContent = operator && this.token ? 'Leave operator' : 'Operator';
+    this.button.textContent = operator && this.token ? 'Sign out' : 'Operator';
     this.button.hidden = !access.operators || (operator && !this.token); // the browser itself shows the token: nothing to enter or leave
     this.button.onclick = () => {
       if (operator) {

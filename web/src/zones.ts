@@ -134,7 +134,7 @@ export class ZoneTool {
     this.map.setAside(this.bar.hidden ? null : this.choice.value);
     this.map.svg.classList.toggle('drawing', !this.bar.hidden);
     this.drop.disabled = n === 0;
-    this.hint.textContent = n === 0 ? 'Click its corners on the map.' : `${n} corner${n === 1 ? '' : 's'}`;
+    this.hint.textContent = n === 0 ? 'Click its corners on the map, one after the other.' : `${n} corner${n === 1 ? '' : 's'}`;
     if (n > 0) add(this.layer, n > 2 ? 'polygon' : 'polyline', { points: points(this.corners) });
     for (let i = 0; n > 1 && i < n; ++i) {
       const [a, b] = [this.corners[i], this.corners[(i + 1) % n]];
