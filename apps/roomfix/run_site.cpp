@@ -100,9 +100,9 @@ static Result<void> open_page(SourceRunner& runner, SiteTracker& tracker, const 
     auto page = PageSink::serve(tracker, web, runner, options.watch ? options.record.site_file : "");
     if (!page) return page.error();
     if (options.outputs && outputs.history) {
-        auto answerer = history_answerer(tracker.site());
-        if (!answerer) return answerer.error();
-        (*page)->show_history(std::move(*answerer));
+        auto answerers = history_answerers(tracker.site());
+        if (!answerers) return answerers.error();
+        (*page)->show_history(std::move(*answerers));
     }
     say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
     runner.add_sink(std::move(*page), Overflow::newest_only);

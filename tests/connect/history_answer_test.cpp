@@ -178,6 +178,26 @@ TEST_F(History, AFileThatIsDeletedWhileItIsOpenIsMadeAnew) {
     EXPECT_TRUE(std::filesystem::exists(folder / "history.db"));
 }
 
+TEST_F(History, TellsWhoEnteredAndLeftZones) {
+    const std::vector<NumberedZoneEvent> events = {
+        {0, {from_seconds(1), "dock", "r1", true}}, {1, {from_seconds(2), "gate", "r'2", true}}, {2, {from_seconds(3), "dock", "r1", false}}};
+    ASSERT_TRUE(store->add({}, events));
+    ASSERT_TRUE(store->add({}, events)) << "what is given twice is stored once";
+    const auto lines = [&](const WebParameters& parameters) { return answer_zone_history(*store, parameters); };
+    EXPECT_EQ(lines({{"zone", "dock"}}).body,
+              "{\"time\": 3, \"robot\": \"r1\", \"zone\": \"dock\", \"event\": \"leave\"}\n{\"time\": 1, \"robot\": \"r1\", \"zone\": \"dock\", \"event\": "
+              "\"enter\"}\n");
+    EXPECT_NE(lines({{"from", "1.5"}, {"to", "2.5"}}).body.find("\"r'2\""), std::string::npos);
+    const std::string body = lines({{"limit", "1"}, {"order", "oldest"}}).body;
+    EXPECT_EQ(std::count(body.begin(), body.end(), '\n'), 1);
+    EXPECT_NE(body.find("\"time\": 1,"), std::string::npos);
+    EXPECT_EQ(lines({{"area", "0,0,1,1"}}).status, 400);
+    EXPECT_EQ(lines({{"zone", "a b"}}).status, 400);
+    EXPECT_EQ(ask({{"zone", "dock"}}).status, 400) << "fixes have no zone";
+    ASSERT_TRUE(store->remove_before(from_seconds(2.5)));
+    EXPECT_EQ(lines({}).body.find("enter"), std::string::npos);
+}
+
 TEST_F(History, IsAnsweredOverHttp) {
     ASSERT_TRUE(store->add(two_robots()));
     WebServer server;

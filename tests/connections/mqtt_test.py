@@ -1,6 +1,7 @@
 """Fixes on MQTT beside the fixes in a file, with a real broker that refuses, dies and comes back. The program is in the variable ROOMFIX."""
 import json
 import pathlib
+import sqlite3
 import subprocess
 import unittest
 
@@ -34,7 +35,8 @@ class Mqtt(unittest.TestCase):
         subscriber = self.subscribe(broker, "poses")
         subprocess.run(["mosquitto_pub", "-p", str(broker.port), "-t", "ready", "-m", "yes", "-r"], check=True)
         wait_until(lambda: ["ready", "yes"] in subscriber.messages(), "the subscriber hears")
-        done = self.run_site(f"port: {broker.port}, rate: 0, home_assistant: true", more="zones:\n  start: [[0, 0], [1.2, 0], [1.2, 2.4], [0, 2.4]]\n")
+        done = self.run_site(f"port: {broker.port}, rate: 0, home_assistant: true",
+                             more=f"  history: {{database: {self.folder}/history.db}}\nzones:\n  start: [[0, 0], [1.2, 0], [1.2, 2.4], [0, 2.4]]\n")
         self.assertEqual(done.returncode, 0, done.stderr)
         wait_until(lambda: ["roomfix/labyrinth/status", "offline"] in subscriber.messages(), "roomfix said goodbye")
         messages = subscriber.messages()
@@ -48,6 +50,8 @@ class Mqtt(unittest.TestCase):
 
         events = [json.loads(payload)["event"] for topic, payload in messages if topic == "roomfix/labyrinth/zones/start"]
         self.assertGreater(len(events), 0)
+        with sqlite3.connect(self.folder / "history.db") as history:
+            self.assertEqual([event for event, in history.execute("SELECT event FROM roomfix_zone_events ORDER BY number")], events, "the history tells the same")
         self.assertTrue(all(a != b for a, b in zip(events, events[1:])), events)  # in and out in turns
 
         topics = {topic for topic, _ in messages}

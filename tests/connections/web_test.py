@@ -163,6 +163,11 @@ class Web(unittest.TestCase):
         for line in ask(f"{address}/api/history?limit=50").splitlines():
             fix = json.loads(line)
             description.check(fix, description.schema_of("/api/history", kind="application/x-ndjson"))
+        wait_until(lambda: ask(f"{address}/api/history/zones"), "the history has heard of it, too")
+        event = json.loads(ask(f"{address}/api/history/zones"))
+        description.check(event, description.schema_of("/api/history/zones", kind="application/x-ndjson"))
+        self.assertAlmostEqual(event["time"], state["zone_events"][0]["time"], delta=1e-6)
+        self.assertEqual({**event, "time": 0}, {**state["zone_events"][0], "time": 0})
         with urllib.request.urlopen(f"{address}/api/events", timeout=30) as events:
             lines = [events.readline().decode().strip() for _ in range(3)]
         self.assertEqual(lines[:2], ["retry: 1000", "event: state"])
@@ -175,7 +180,7 @@ class Web(unittest.TestCase):
         with self.assertRaises(jsonschema.ValidationError):
             description.check({**state, "more": 1}, description.schema_of("/api/state"))
         asked = [("GET", "/api/robots/nobody", "/api/robots/{id}"), ("GET", "/api/cameras/none.jpg", "/api/cameras/{id}.jpg"), ("GET", "/api/plan.png", "/api/plan.png"),
-                 ("GET", "/api/history?limit=0", "/api/history"), ("GET", "/api/history?format=csv", "/api/history"), ("GET", "/metrics", "/metrics"),
+                 ("GET", "/api/history?limit=0", "/api/history"), ("GET", "/api/history/zones?zone=a,b", "/api/history/zones"), ("GET", "/api/history?format=csv", "/api/history"), ("GET", "/metrics", "/metrics"),
                  ("PUT", "/api/zones/a", "/api/zones/{id}"), ("DELETE", "/api/zones/none", "/api/zones/{id}"), ("DELETE", "/api/zones/new", "/api/zones/{id}")]
         for method, path, route in asked:
             status, kind, text = change(method, address + path, "turn it", {"border": []} if method == "PUT" else None)

@@ -26,6 +26,9 @@ std::vector<std::string> table_statements() {
         "kind TEXT NOT NULL, status TEXT NOT NULL, x DOUBLE PRECISION, y DOUBLE PRECISION, yaw DOUBLE PRECISION, xx DOUBLE PRECISION, xy DOUBLE PRECISION, "
         "xyaw DOUBLE PRECISION, yy DOUBLE PRECISION, yyaw DOUBLE PRECISION, yawyaw DOUBLE PRECISION, sources TEXT NOT NULL, reason TEXT NOT NULL, "
         "PRIMARY KEY (site, run, number))",
+        "CREATE TABLE IF NOT EXISTS roomfix_zone_events (site TEXT NOT NULL, run BIGINT NOT NULL, number BIGINT NOT NULL, time BIGINT NOT NULL, "
+        "robot TEXT NOT NULL, zone TEXT NOT NULL, event TEXT NOT NULL, PRIMARY KEY (site, run, number))",
+        "CREATE INDEX IF NOT EXISTS roomfix_zone_events_by_time ON roomfix_zone_events (site, time)",
         "CREATE INDEX IF NOT EXISTS roomfix_fixes_by_time ON roomfix_fixes (site, time)",
         "CREATE INDEX IF NOT EXISTS roomfix_fixes_by_robot ON roomfix_fixes (site, robot, time)",
     };
@@ -53,6 +56,7 @@ std::string condition_of(const FixQuery& query, const std::string& site) {
     if (!query.robot.empty()) text += " AND robot = " + sql_text(query.robot);
     if (query.from) text += fmt::format(" AND time >= {}", *query.from);
     if (query.to) text += fmt::format(" AND time <= {}", *query.to);
+    if (!query.zone.empty()) text += " AND zone = " + sql_text(query.zone);
     if (query.area) {
         text += fmt::format(" AND x >= {} AND x <= {} AND y >= {} AND y <= {}", number_text(query.area->x_from), number_text(query.area->x_to),
                             number_text(query.area->y_from), number_text(query.area->y_to));
@@ -117,14 +121,38 @@ Result<std::unique_ptr<FixStore>> FixStore::open(const std::string& database, co
     return std::unique_ptr<FixStore>(new FixStore(std::move(*connection), site, run));
 }
 
-Result<void> FixStore::add(std::span<const NumberedFix> fixes) {
-    if (fixes.empty()) return {};
-    std::string insert = fmt::format("INSERT INTO roomfix_fixes (site, run, number, {}) VALUES", columns);
-    for (const NumberedFix& numbered : fixes) {
-        insert += fmt::format("{} ({}, {}, {}, {})", &numbered == fixes.data() ? "" : ",", site_, run_, numbered.number, values_of(numbered.fix));
-    }
+Result<void> FixStore::add(std::span<const NumberedFix> fixes, std::span<const NumberedZoneEvent> events) {
     // Whoever does not know whether a transaction was the last that a dying server did may repeat it.
-    return database_->run({insert + " ON CONFLICT (site, run, number) DO NOTHING"});
+    constexpr const char* once = " ON CONFLICT (site, run, number) DO NOTHING";
+    std::vector<std::string> statements;
+    std::string values;
+    for (const NumberedFix& numbered : fixes) {
+        values += fmt::format("{} ({}, {}, {}, {})", values.empty() ? "" : ",", site_, run_, numbered.number, values_of(numbered.fix));
+    }
+    if (!fixes.empty()) statements.push_back(fmt::format("INSERT INTO roomfix_fixes (site, run, number, {}) VALUES{}{}", columns, values, once));
+    values.clear();
+    for (const auto& [number, event] : events) {
+        values += fmt::format("{} ({}, {}, {}, {}, {}, {}, '{}')", values.empty() ? "" : ",", site_, run_, number, event.time, sql_text(event.robot),
+                              sql_text(event.zone), event.entered ? "enter" : "leave");
+    }
+    if (!events.empty()) {
+        statements.push_back(fmt::format("INSERT INTO roomfix_zone_events (site, run, number, time, robot, zone, event) VALUES{}{}", values, once));
+    }
+    return statements.empty() ? Result<void>() : database_->run(statements);
+}
+
+Result<std::vector<ZoneEvent>> FixStore::find_zone_events(const FixQuery& query) {
+    const char* order = query.newest_first ? "DESC" : "ASC";
+    const auto rows =
+        database_->rows(fmt::format("SELECT time, robot, zone, event FROM roomfix_zone_events WHERE {} ORDER BY time {}, run {}, number {} LIMIT {}",
+                                    condition_of(query, site_), order, order, order, query.limit));
+    if (!rows) return rows.error();
+    std::vector<ZoneEvent> events;
+    for (const SqlRow& row : *rows) {
+        const auto time = row.size() == 4 && row[0] && row[1] && row[2] && row[3] ? parse_integer(*row[0]) : std::nullopt;
+        if (time) events.push_back({*time, *row[2], *row[1], *row[3] == "enter"});
+    }
+    return events;
 }
 
 Result<std::vector<Fix>> FixStore::find(const FixQuery& query) {
@@ -140,6 +168,8 @@ Result<std::vector<Fix>> FixStore::find(const FixQuery& query) {
 }
 
 Result<void> FixStore::remove_before(Nanoseconds time) {
+    const auto removed_events = database_->run({fmt::format("DELETE FROM roomfix_zone_events WHERE site = {} AND time < {}", site_, time)});
+    if (!removed_events) return removed_events;
     // An hour of fixes after the other: a server ends statements that take long, and after a pause there may be days of them.
     constexpr Nanoseconds slice = from_seconds(3600);
     constexpr int most_slices = 24;  // the rest comes next time

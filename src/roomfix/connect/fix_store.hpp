@@ -10,6 +10,7 @@
 
 #include "roomfix/base/result.hpp"
 #include "roomfix/connect/sql_database.hpp"
+#include "roomfix/connect/zone_event.hpp"
 #include "roomfix/observation/fix.hpp"
 
 namespace roomfix {
@@ -23,6 +24,12 @@ struct NumberedFix {
     Fix fix;
 };
 
+/// Likewise; its numbers are its own.
+struct NumberedZoneEvent {
+    std::int64_t number = 0;
+    ZoneEvent event;
+};
+
 /// A rectangle of the map, m, its borders included.
 struct Area {
     double x_from = 0, y_from = 0, x_to = 0, y_to = 0;
@@ -30,8 +37,9 @@ struct Area {
 
 struct FixQuery {
     std::string robot;                    // or the name of a thing that is no robot; empty: all
+    std::string zone;                     // of events only; empty: all
     std::optional<Nanoseconds> from, to;  // both included
-    std::optional<Area> area;             // fixes without a place are in none
+    std::optional<Area> area;             // of fixes only; those without a place are in none
     int limit = 10000;                    // fixes at most
     bool newest_first = true;             // also: which ones are left out beyond the limit
 };
@@ -45,8 +53,9 @@ public:
     static Result<std::unique_ptr<FixStore>> open(const std::string& database, const std::string& site, std::int64_t run = 0);
 
     /// All of them, or none.
-    Result<void> add(std::span<const NumberedFix> fixes);
+    Result<void> add(std::span<const NumberedFix> fixes, std::span<const NumberedZoneEvent> events = {});
     Result<std::vector<Fix>> find(const FixQuery& query);
+    Result<std::vector<ZoneEvent>> find_zone_events(const FixQuery& query);
     Result<void> remove_before(Nanoseconds time);
 
 private:

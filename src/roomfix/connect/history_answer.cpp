@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "roomfix/base/number.hpp"
 #include "roomfix/connect/fix_json.hpp"
@@ -57,12 +58,12 @@ Result<void> read_limit(const std::string& text, int& limit) {
 }
 
 /// A name as site files allow it.
-Result<void> read_robot(const std::string& text, std::string& robot) {
+Result<void> read_name(const std::string& what, const std::string& text, std::string& id) {
     const auto fits = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
     if (text.empty() || !std::all_of(text.begin(), text.end(), fits)) {
-        return Error{fmt::format("'{}' is no robot's name: letters, digits, '_' and '-'; leave robot out for all robots", shown(text))};
+        return Error{fmt::format("'{0}' is no {1}'s name: letters, digits, '_' and '-'; leave {1} out for all {1}s", shown(text), what)};
     }
-    robot = text;
+    id = text;
     return {};
 }
 
@@ -81,8 +82,9 @@ Result<void> read_parameter(const std::string& name, const std::string& value, H
     if (name == "limit") return read_limit(value, query.limit);
     if (name == "order") return read_choice(name, value, "oldest", "newest", query.newest_first);
     if (name == "format") return read_choice(name, value, "jsonl", "csv", request.csv);
+    if (name == "zone") return read_name(name, value, query.zone);
     if (name != "robot") return Error{fmt::format("'{}' is not known: there are robot, from, to, area, limit, order and format", shown(name))};
-    return read_robot(value, query.robot);
+    return read_name(name, value, query.robot);
 }
 
 /// A field of a CSV line, in quotes where it must be.
@@ -121,9 +123,30 @@ std::string fixes_csv(const std::vector<Fix>& fixes) {
     return text;
 }
 
+std::string zone_event_line(const ZoneEvent& event) {
+    return fmt::format(R"({{"time": {}, "robot": {}, "zone": {}, "event": "{}"}})", seconds_text(event.time), nlohmann::json(event.robot).dump(),
+                       nlohmann::json(event.zone).dump(), event.entered ? "enter" : "leave");
+}
+
+WebAnswer answer_zone_history(FixStore& store, const WebParameters& parameters) {
+    for (const char* of_fixes : {"area", "format"}) {
+        if (parameters.contains(of_fixes))
+            return {400, "text/plain", fmt::format("events of zones have no {}: there are robot, zone, from, to, limit and order\n", of_fixes)};
+    }
+    const auto request = parse_history_request(parameters);
+    if (!request) return {400, "text/plain", request.error().message + "\n"};
+    const auto events = store.find_zone_events(request->query);
+    if (!events) return {503, "text/plain", events.error().message + "\n"};
+    std::string lines;
+    for (const ZoneEvent& event : *events) lines += zone_event_line(event) + '\n';
+    return {200, "application/x-ndjson", std::move(lines)};
+}
+
 WebAnswer answer_history(FixStore& store, const WebParameters& parameters) {
     const auto request = parse_history_request(parameters);
     if (!request) return {400, "text/plain", request.error().message + "\n"};
+    if (!request->query.zone.empty())
+        return {400, "text/plain", "fixes have no zone: /api/history/zones tells who entered and left; area=x1,y1,x2,y2 is a rectangle\n"};
     const auto fixes = store.find(request->query);
     if (!fixes) return {503, "text/plain", fixes.error().message + "\n"};
     if (request->csv) return {200, "text/csv", fixes_csv(*fixes)};

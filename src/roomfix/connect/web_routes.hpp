@@ -8,8 +8,9 @@
 
 namespace roomfix {
 
-constexpr std::array<std::string_view, 12> web_routes = {
+constexpr std::array<std::string_view, 13> web_routes = {
     "GET /api/access",       "GET /api/cameras/{id}.jpg", "GET /api/events",        "GET /api/history",
+    "GET /api/history/zones",
     "GET /api/openapi.json", "GET /api/plan.png",         "GET /api/robots/{id}",   "GET /api/site",
     "GET /api/state",        "PUT /api/zones/{id}",       "DELETE /api/zones/{id}", "GET /metrics",
 };

@@ -8,7 +8,7 @@
 #include "roomfix/base/result.hpp"
 #include "roomfix/observation/fix.hpp"
 #include "roomfix/observation/odometry_observation.hpp"
-#include "roomfix/pipeline/zone_event.hpp"
+#include "roomfix/connect/zone_event.hpp"
 
 namespace roomfix {
 

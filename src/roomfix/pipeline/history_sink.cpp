@@ -32,6 +32,8 @@ Result<void> HistorySink::give(const FixBatch& batch) {
             numbered.fix.hypotheses.clear();  // that is not stored
             numbered.fix.nis.clear();
         }
+        for (const ZoneEvent& event : batch.zone_events) waiting_events_.push_back({next_event_++, event});
+        while (waiting_events_.size() > settings_.most_waiting) waiting_events_.pop_front();
         while (waiting_.size() > settings_.most_waiting) {
             waiting_.pop_front();
             ++state_.lost;
@@ -51,7 +53,7 @@ void HistorySink::work() {
         changed_.wait_for(lock, std::chrono::duration<double>(std::max(until - steady_now(), 0.0)),
                           [&] { return ending_ || (wait_ == 0 && waiting_.size() >= most_at_once); });
         const bool last = ending_;
-        const bool nothing = waiting_.empty() && storing_.empty();
+        const bool nothing = waiting_.empty() && storing_.empty() && waiting_events_.empty() && storing_events_.empty();
         if (last && nothing) return;
         lock.unlock();
         const auto stored = store_some();
@@ -65,14 +67,16 @@ void HistorySink::work() {
 
 /// The next fixes, or those again that could not be stored.
 Result<void> HistorySink::store_some() {
-    if (storing_.empty()) {
+    if (storing_.empty() && storing_events_.empty()) {
         const std::lock_guard lock(mutex_);
         const auto end = waiting_.begin() + static_cast<std::ptrdiff_t>(std::min(waiting_.size(), most_at_once));
         std::move(waiting_.begin(), end, std::back_inserter(storing_));
         waiting_.erase(waiting_.begin(), end);
+        storing_events_.assign(waiting_events_.begin(), waiting_events_.end());
+        waiting_events_.clear();
     }
-    if (storing_.empty()) return {};
-    auto stored = store_->add(storing_);
+    if (storing_.empty() && storing_events_.empty()) return {};
+    auto stored = store_->add(storing_, storing_events_);
     if (!stored) {
         wait_ = std::clamp(2 * wait_, settings_.interval, longest_wait * settings_.interval);
         retry_at_ = steady_now() + wait_;
@@ -83,6 +87,7 @@ Result<void> HistorySink::store_some() {
     const std::lock_guard lock(mutex_);
     state_.stored += static_cast<std::int64_t>(storing_.size());
     storing_.clear();
+    storing_events_.clear();
     return {};
 }
 
@@ -137,7 +142,7 @@ Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::f
     return std::make_unique<HistorySink>(std::move(*store), HistorySettings{.days = output.days, .tell = tell});
 }
 
-Result<WebAnswerer> history_answerer(const Site& site) {
+Result<HistoryAnswerers> history_answerers(const Site& site) {
     auto store = FixStore::open(resolved_path(site, site.outputs.history->database), site.name);
     if (!store) return store.error();
     struct Shared {
@@ -146,10 +151,13 @@ Result<WebAnswerer> history_answerer(const Site& site) {
     };
     const auto shared = std::make_shared<Shared>();
     shared->store = std::move(*store);
-    return WebAnswerer([shared](const WebQuestion& question) {
-        const std::lock_guard lock(shared->mutex);
-        return answer_history(*shared->store, question.parameters);
-    });
+    const auto answerer = [&](WebAnswer (*answer)(FixStore&, const WebParameters&)) -> WebAnswerer {
+        return [shared, answer](const WebQuestion& question) {
+            const std::lock_guard lock(shared->mutex);
+            return answer(*shared->store, question.parameters);
+        };
+    };
+    return HistoryAnswerers{answerer(answer_history), answerer(answer_zone_history)};
 }
 
 }  // namespace roomfix

@@ -57,15 +57,18 @@ private:
     HistorySettings settings_;
     std::unique_ptr<FixStore> store_;   // used by the thread
     std::vector<NumberedFix> storing_;  // by the thread: what is tried until it is stored
-    Nanoseconds newest_ = 0;            // of what was stored
-    double removed_at_ = -1e9;          // s of the clock
-    double retry_at_ = 0;               // s of the clock
-    double wait_ = 0;                   // s between attempts
+    std::vector<NumberedZoneEvent> storing_events_;
+    Nanoseconds newest_ = 0;    // of what was stored
+    double removed_at_ = -1e9;  // s of the clock
+    double retry_at_ = 0;       // s of the clock
+    double wait_ = 0;           // s between attempts
 
     mutable std::mutex mutex_;  // guards:
     std::condition_variable changed_;
     std::deque<NumberedFix> waiting_;
     std::int64_t next_number_ = 0;
+    std::deque<NumberedZoneEvent> waiting_events_;  // few beside the fixes, and not counted with them
+    std::int64_t next_event_ = 0;
     HistoryState state_;
     bool ending_ = false;
     std::thread thread_;
@@ -73,7 +76,10 @@ private:
 
 /// The history that the site asks for, as a sink. An error if the program cannot use such a database at all; one that is gone for now is none.
 Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::function<void(const std::string&)>& tell);
-/// Answers of the same history for the page's /api/history, one question after the other; over a connection of their own.
-Result<WebAnswerer> history_answerer(const Site& site);
+/// Answers of the same history for the page, one question after the other; over a connection of their own.
+struct HistoryAnswerers {
+    WebAnswerer fixes, zone_events;
+};
+Result<HistoryAnswerers> history_answerers(const Site& site);
 
 }  // namespace roomfix

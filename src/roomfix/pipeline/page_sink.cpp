@@ -198,6 +198,11 @@ Result<std::unique_ptr<PageSink>> PageSink::serve(SiteTracker& tracker, const We
     return page;
 }
 
+void PageSink::show_history(HistoryAnswerers answerers) {
+    server_.add_route("GET /api/history", std::move(answerers.fixes));
+    server_.add_route("GET /api/history/zones", std::move(answerers.zone_events));
+}
+
 /// With the zones of now. Those who look see by its number that there is something new.
 void PageSink::show_site() {
     auto [zones, version] = runner_.zones();

@@ -12,6 +12,7 @@
 #include "roomfix/connect/plan_picture.hpp"
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
+#include "roomfix/pipeline/history_sink.hpp"
 #include "roomfix/pipeline/site_tracker.hpp"
 
 namespace roomfix {
@@ -27,8 +28,8 @@ public:
 
     std::string name() const override { return "the page"; }
     int port() const { return server_.port(); }
-    /// From now on /api/history is answered.
-    void show_history(WebAnswerer answerer) { server_.add_route("GET /api/history", std::move(answerer)); }
+    /// From now on /api/history and /api/history/zones are answered.
+    void show_history(HistoryAnswerers answerers);
     Result<void> give(const FixBatch& batch) override;
 
 private:
