@@ -185,12 +185,12 @@ TEST_F(History, TellsWhoEnteredAndLeftZones) {
     ASSERT_TRUE(store->add({}, events)) << "what is given twice is stored once";
     const auto lines = [&](const WebParameters& parameters) { return answer_zone_history(*store, parameters); };
     EXPECT_EQ(lines({{"zone", "dock"}}).body,
-              "{\"time\": 3, \"robot\": \"r1\", \"zone\": \"dock\", \"event\": \"leave\"}\n{\"time\": 1, \"robot\": \"r1\", \"zone\": \"dock\", \"event\": "
+              "{\"time\": 3.0, \"robot\": \"r1\", \"zone\": \"dock\", \"event\": \"leave\"}\n{\"time\": 1.0, \"robot\": \"r1\", \"zone\": \"dock\", \"event\": "
               "\"enter\"}\n");
     EXPECT_NE(lines({{"from", "1.5"}, {"to", "2.5"}}).body.find("\"r'2\""), std::string::npos);
     const std::string body = lines({{"limit", "1"}, {"order", "oldest"}}).body;
     EXPECT_EQ(std::count(body.begin(), body.end(), '\n'), 1);
-    EXPECT_NE(body.find("\"time\": 1,"), std::string::npos);
+    EXPECT_NE(body.find("\"time\": 1.0,"), std::string::npos);
     EXPECT_EQ(lines({{"area", "0,0,1,1"}}).status, 400);
     EXPECT_EQ(lines({{"zone", "a b"}}).status, 400);
     EXPECT_EQ(ask({{"zone", "dock"}}).status, 400) << "fixes have no zone";
