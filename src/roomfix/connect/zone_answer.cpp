@@ -87,7 +87,8 @@ WebAnswer ZoneEditor::Impl::change(const std::string& id, const Polyline& border
     if (!changed || !after.usable() || site_text(after.site) != site_text(wanted)) {
         return {409, "text/plain", "the site file is written in a way that cannot be changed from here: write the zone into it by hand\n"};
     }
-    const auto written = replace_file(file, *changed, std::filesystem::canonical(file).string() + "~");
+    std::error_code failure;
+    const auto written = replace_file(file, *changed, std::filesystem::weakly_canonical(file, failure).string() + "~");
     return written ? WebAnswer{204, "text/plain", ""} : WebAnswer{500, "text/plain", written.error().message + "\n"};
 }
 

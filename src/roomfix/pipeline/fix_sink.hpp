@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "roomfix/base/result.hpp"
+#include "roomfix/connect/zone_event.hpp"
 #include "roomfix/observation/fix.hpp"
 #include "roomfix/observation/odometry_observation.hpp"
-#include "roomfix/connect/zone_event.hpp"
 
 namespace roomfix {
 
