@@ -38,7 +38,9 @@ std::string first_site_text(const FirstSite& site) {
     for (const FirstCamera& camera : site.cameras) text += camera_text(camera);
     if (!site.robots.empty()) text += "robots:\n";
     for (const FirstRobot& robot : site.robots) text += robot_text(robot);
-    text += "outputs:\n  web: {}\n  # jsonl: fixes.jsonl\n  # mqtt: {host: broker.local}\n  # ros2: {domain: 0}\n  # history: {database: history.db}\n";
+    text +=
+        "outputs:\n  web: {}    # {operator: {file: operator-token}}: who knows what stands in that file draws zones on the page\n  # jsonl: fixes.jsonl\n  # "
+        "mqtt: {host: broker.local}\n  # ros2: {domain: 0}\n  # history: {database: history.db}\n";
     return text;
 }
 
