@@ -70,12 +70,15 @@ class Operation(unittest.TestCase):
         self.addCleanup(running.stop, True)
         wait_until(lambda: listens(port), "the page is served")
 
-        def zones():
+        def served(key):
             try:
                 with urllib.request.urlopen(f"http://127.0.0.1:{port}/api/site", timeout=30) as answer:
-                    return [zone["id"] for zone in json.loads(answer.read())["zones"]]
+                    return json.loads(answer.read())[key]
             except (urllib.error.URLError, ConnectionError):
                 return None  # it is just beginning anew
+
+        def zones():
+            return [zone["id"] for zone in served("zones") or ()]
 
         good = site.read_text()
         site.write_text(good + "zones: {dock: nowhere}\n")
@@ -83,7 +86,12 @@ class Operation(unittest.TestCase):
         self.assertIn("zones.dock needs three or more corners", running.text())
         self.assertEqual(zones(), [])
         site.write_text(good + "zones: {dock: [[0, 0], [1, 0], [1, 1]]}\n")
-        wait_until(lambda: zones() == ["dock"], "the new site is served")
+        wait_until(lambda: zones() == ["dock"], "the new zone is served")
+        self.assertNotIn("beginning anew", running.text())  # for that robots would have to be found anew
+        site.write_text(good.replace("name: labyrinth", "name: maze"))
+        wait_until(lambda: served("name") == "maze", "the new site is served")
+        self.assertEqual(zones(), [])
+        self.assertIn("beginning anew", running.text())
         self.assertFalse(running.ended())
 
 
