@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <sstream>
@@ -92,8 +93,10 @@ Log& the_log() {
 void add_log_level(CLI::App& command, LogLevel& level) {
     static const std::map<std::string, LogLevel> levels = {
         {"debug", LogLevel::debug}, {"info", LogLevel::info}, {"warning", LogLevel::warning}, {"error", LogLevel::error}};
-    command.add_option("--log-level", level, "what is told on stderr: debug, info (default), warning, error")
-        ->transform(CLI::CheckedTransformer(levels).description(""))
+    command
+        .add_option_function<std::string>(
+            "--log-level", [&level](const std::string& name) { level = levels.at(name); }, "what is told on stderr: debug, info (default), warning, error")
+        ->check(CLI::IsMember({"debug", "info", "warning", "error"}).description(""))
         ->type_name("LEVEL");
 }
 

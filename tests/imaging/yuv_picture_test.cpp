@@ -109,6 +109,32 @@ TEST(YuvPicture, AFileHasAllOfIt) {
     EXPECT_FALSE(y4m_view({reinterpret_cast<const std::uint8_t*>(deep.data()), deep.size()}));
 }
 
+TEST(YuvPicture, AJpegOfItLooksTheSame) {
+    cv::Mat planes, bgr;
+    cv::cvtColor(colourful(), planes, cv::COLOR_BGR2YUV_I420);
+    YuvView view;
+    view.width = yuv_width;
+    view.height = yuv_height;
+    view.y = planes.data;
+    view.u = view.y + yuv_width * yuv_height;
+    view.v = view.u + yuv_width * yuv_height / 4;
+    view.y_stride = yuv_width;
+    view.colour_stride = yuv_width / 2;
+    LumaImage luma, read_luma;
+    ColourImage colour, read_colour;
+    luma_from_yuv(view, luma);
+    colour_from_yuv(view, colour);
+    ASSERT_TRUE(decode_picture(encode_jpeg(view, 95), read_luma, read_colour));
+    ASSERT_EQ(read_colour.values.size(), colour.values.size());
+    int luma_off = 0, colour_off = 0;
+    for (int y = 0; y < yuv_height; ++y) {
+        for (int x = 0; x < yuv_width; ++x) luma_off = std::max(luma_off, std::abs(luma.row(y)[x] - read_luma.row(y)[x]));
+    }
+    for (std::size_t i = 0; i < colour.values.size(); ++i) colour_off = std::max(colour_off, std::abs(colour.values[i] - read_colour.values[i]));
+    EXPECT_LE(luma_off, 4);
+    EXPECT_LE(colour_off, 12);
+}
+
 TEST(YuvPicture, FullRangeIsKeptAndWithoutColourItIsGrey) {
     std::array<std::uint8_t, 256> ramp{};
     for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] = static_cast<std::uint8_t>(i);

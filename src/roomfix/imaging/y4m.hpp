@@ -20,4 +20,7 @@ Result<YuvView> y4m_view(std::span<const std::uint8_t> bytes);
 /// The picture as a file. An error where there is no such kind.
 Result<std::vector<std::uint8_t>> encode_y4m(const YuvView& picture);
 
+/// The picture as a JPEG (quality 1..100), for whoever reads nothing else.
+std::vector<std::uint8_t> encode_jpeg(const YuvView& picture, int quality);
+
 }  // namespace roomfix
