@@ -138,11 +138,11 @@ bool wait_for(const std::function<bool()>& holds) {
 }
 
 /// A recording of the site's only camera, in a folder that is gone with it.
-struct Recording {
+struct LiveRecording {
     fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_live_{}", getpid());
     std::unique_ptr<SessionRecorder> recorder;
 
-    explicit Recording(Site site) {
+    explicit LiveRecording(Site site) {
         fs::remove_all(folder);
         const std::string camera = site.cameras[0].id;
         site.cameras[0].source = "frames/" + camera;
@@ -150,9 +150,9 @@ struct Recording {
         auto started = SessionRecorder::start({folder}, {site, site_text(site), {camera}, {}});
         if (started) recorder = std::move(*started);
     }
-    ~Recording() { fs::remove_all(folder); }
-    Recording(const Recording&) = delete;
-    Recording& operator=(const Recording&) = delete;
+    ~LiveRecording() { fs::remove_all(folder); }
+    LiveRecording(const LiveRecording&) = delete;
+    LiveRecording& operator=(const LiveRecording&) = delete;
 };
 
 /// The fixes of a recording.
@@ -238,7 +238,7 @@ TEST(LiveRun, ANetworkCameraThatComesGoesAndComesBackFindsTheRobotWhereItIs) {
     ASSERT_TRUE(tracker) << tracker.error().message;
     const BackgroundModel background = film.background();
     (*tracker)->set_background(0, background);
-    Recording recording(site);
+    LiveRecording recording(site);
     ASSERT_TRUE(recording.recorder);
     const auto state = [&] { return (*tracker)->camera_states().front(); };
     SourceRunner runner(**tracker);

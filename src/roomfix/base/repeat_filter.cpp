@@ -14,7 +14,7 @@ std::string with_count(const std::string& text, long held) { return held > 0 ? f
 std::optional<std::string> RepeatFilter::pass(const std::string& text, double now) {
     // Messages of long ago that were all told are forgotten.
     if (heard_.size() >= most_kept) std::erase_if(heard_, [&](const auto& h) { return h.second.held == 0 && now - h.second.since >= interval_; });
-    if (heard_.size() >= most_kept) return text;
+    if (heard_.size() >= most_kept && !heard_.contains(text)) return text;
     const auto [place, first] = heard_.try_emplace(text);
     Heard& heard = place->second;
     if (first || now - heard.since >= interval_) heard = {now, 0, heard.held};
