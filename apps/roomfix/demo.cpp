@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "log.hpp"
 #include "roomfix/base/steady_now.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
@@ -19,6 +20,7 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
+    LogLevel log_level = LogLevel::info;
     WebOutput web;
     std::string fixes;
     double seconds = 0;
@@ -71,7 +73,7 @@ int demo(const Arguments& arguments) {
     const Scenario scenario = demo_scenario(arguments.seed);
     auto created = SiteTracker::create(scenario.site);
     if (!created) {
-        complain(created.error().message);
+        log_error(created.error().message);
         return failed;
     }
     SiteTracker& tracker = **created;
@@ -79,14 +81,14 @@ int demo(const Arguments& arguments) {
     if (!arguments.fixes.empty()) {
         auto file = FixFile::open(arguments.fixes);
         if (!file) {
-            complain(file.error().message);
+            log_error(file.error().message);
             return bad_input;
         }
         runner.add_sink(std::move(*file), Overflow::drop_oldest);
     }
     auto page = PageSink::serve(tracker, arguments.web, runner);
     if (!page) {
-        complain(page.error().message);
+        log_error(page.error().message);
         return bad_input;
     }
     const int port = (*page)->port();
@@ -94,7 +96,7 @@ int demo(const Arguments& arguments) {
     auto renderers = prepare(scenario, tracker, arguments.seed);
     const Mishaps mishaps;
     ScenarioRenderer knocked(scenario, mishaps.bumped, arguments.seed, radians(0.8));
-    say(
+    log_info(
         fmt::format("Five robots drive through a rendered building, found by three cameras on the walls, landmarks on the ceiling, a room's corners,\n"
                     "beacons and their wheels. Two of them look the same, and one passes through a room that no camera sees. From 0:30 to 0:40 of every\n"
                     "90 seconds camera {} freezes, from 0:55 to 1:15 camera {} is knocked out of its direction.\n"
@@ -142,10 +144,10 @@ int demo(const Arguments& arguments) {
         }
         (void)tracker.process(seen, pool);
     }
-    say(tracker.stage_times().text());
+    log_info(tracker.stage_times().text());
     const auto written = runner.finish_sinks();
     if (written) return done;
-    complain(written.error().message);
+    log_error(written.error().message);
     return failed;
 }
 
@@ -160,8 +162,13 @@ void add_demo(CLI::App& app, int& exit_code) {
     command->add_option("--fixes", arguments->fixes, "file for the fixes; - for stdout");
     command->add_option("--seconds", arguments->seconds, "end by itself after that long");
     command->add_option("--seed", arguments->seed, "of noise, clicks and sizes")->capture_default_str();
+    add_log_level(*command, arguments->log_level);
     command->footer("Example: roomfix demo --port 8090");
-    command->callback([=, &exit_code] { exit_code = demo(*arguments); });
+    command->callback([=, &exit_code] {
+        begin_log(arguments->log_level);
+        exit_code = demo(*arguments);
+        end_log();
+    });
 }
 
 }  // namespace roomfix

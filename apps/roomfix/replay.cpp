@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "commands.hpp"
+#include "log.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
 #include "terminal.hpp"
@@ -11,6 +12,7 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
+    LogLevel log_level = LogLevel::info;
     std::string session;
     RunOptions run;
     bool smooth = false;
@@ -20,7 +22,7 @@ struct Arguments {
 int replay(const Arguments& arguments) {
     const auto site = load_session(arguments.session);
     if (!site) {
-        complain("the session's site file cannot be used:\n" + site.error().message);
+        log_error("the session's site file cannot be used:\n" + site.error().message);
         return bad_input;
     }
     RunOptions run = arguments.run;
@@ -46,8 +48,13 @@ void add_replay(CLI::App& app, int& exit_code) {
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e6));
     command->add_flag("--page", arguments->run.page, "serve the page while it runs");
+    add_log_level(*command, arguments->log_level);
     command->footer("Example: roomfix replay session --fixes fixes.jsonl && roomfix evaluate fixes.jsonl --truth session/truth.csv");
-    command->callback([=, &exit_code] { exit_code = replay(*arguments); });
+    command->callback([=, &exit_code] {
+        begin_log(arguments->log_level);
+        exit_code = replay(*arguments);
+        end_log();
+    });
 }
 
 }  // namespace roomfix

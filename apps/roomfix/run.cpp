@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "commands.hpp"
+#include "log.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/pipeline/site_watch.hpp"
 #include "roomfix/site/load_site.hpp"
@@ -17,6 +18,7 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
+    LogLevel log_level = LogLevel::info;
     std::string site;
     bool no_page = false;
     RunOptions options;
@@ -31,7 +33,7 @@ int run(Arguments arguments) {
     std::signal(SIGPIPE, SIG_IGN);  // a peer that is gone is an error where it is written to
     auto site = load_site(arguments.site);
     if (!site) {
-        complain("the site file cannot be used:\n" + site.error().message);
+        log_error("the site file cannot be used:\n" + site.error().message);
         return bad_input;
     }
     const std::filesystem::path record = std::filesystem::path(options.record.folder).lexically_normal();
@@ -40,8 +42,9 @@ int run(Arguments arguments) {
         if (round > 1 && !record.empty()) {  // a session has one site
             options.record.folder = fmt::format("{}-{}", (record.has_filename() ? record : record.parent_path()).string(), round);
         }
-        SiteWatch watch(arguments.site, stop_requested(),
-                        [](const std::string& mistakes) { complain("the site file was changed, but cannot be used; the old one stays:\n" + mistakes); });
+        SiteWatch watch(arguments.site, stop_requested(), [](const std::string& mistakes) {
+            log_warning("the site file was changed, but cannot be used; the old one stays:\n" + mistakes);
+        });
         options.watch = &watch;
         options.stop = &watch.ends();
         const int code = run_site(*site, options);
@@ -50,9 +53,9 @@ int run(Arguments arguments) {
         if (watch.changed()) {
             before = std::move(*site);
             site = watch.site();
-            say("the site file was changed: beginning anew with it");
+            log_info("the site file was changed: beginning anew with it");
         } else if (code == bad_input && before) {
-            complain("the new site cannot be run; going on with the old one");
+            log_warning("the new site cannot be run; going on with the old one");
             site = std::move(*before);
             before.reset();
         } else {
@@ -85,8 +88,13 @@ void add_run(CLI::App& app, int& exit_code) {
     command->add_option("--record-gigabytes", arguments->options.record.limits.gigabytes, "keep no more, in parts that are whole sessions; the oldest go")
         ->check(CLI::Range(1e-6, 1e6))
         ->needs("--record");
+    add_log_level(*command, arguments->log_level);
     command->footer("Example: roomfix run examples/hall/site.yaml --fixes fixes.jsonl");
-    command->callback([=, &exit_code] { exit_code = run(*arguments); });
+    command->callback([=, &exit_code] {
+        begin_log(arguments->log_level);
+        exit_code = run(*arguments);
+        end_log();
+    });
 }
 
 }  // namespace roomfix

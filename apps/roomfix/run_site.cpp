@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "log.hpp"
 #include "roomfix/base/worker_pool.hpp"
 #include "roomfix/estimate/tracker.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
@@ -30,7 +31,7 @@ void add_recording_options(CLI::App& command, std::vector<std::string>& backgrou
 BackgroundListener background_on_terminal() {
     BackgroundListener listener;
     listener.progress = [](const SiteCamera& camera) { return progress_bar("learning the background of " + camera.id); };
-    listener.none = [](const SiteCamera& camera) { say(fmt::format("camera {}: no background given; learning it while running", camera.id)); };
+    listener.none = [](const SiteCamera& camera) { log_info(fmt::format("camera {}: no background given; learning it while running", camera.id)); };
     return listener;
 }
 
@@ -38,22 +39,22 @@ BackgroundListener background_on_terminal() {
 static void say_what_happened(const SiteTracker& tracker, const SourceRunner& runner, std::size_t fixes) {
     for (const CameraState& state : tracker.camera_states()) {
         const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
-        say(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
-                        state.message));
-        if (!state.note.empty()) say(fmt::format("camera {}: {}", state.id, state.note));
+        log_info(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
+                             state.message));
+        if (!state.note.empty()) log_info(fmt::format("camera {}: {}", state.id, state.note));
     }
-    if (tracker.stage_times().summary(Stage::moment).count > 0) say(tracker.stage_times().text());
-    for (const std::string& problem : tracker.line_problems()) say("not used: " + problem);
-    for (const std::string& suspicion : runner.suspicious_inputs()) say("look at this: " + suspicion);
+    if (tracker.stage_times().summary(Stage::moment).count > 0) log_info(tracker.stage_times().text());
+    for (const std::string& problem : tracker.line_problems()) log_warning("not used: " + problem);
+    for (const std::string& suspicion : runner.suspicious_inputs()) log_warning("look at this: " + suspicion);
     const TrackerCounts counts = tracker.tracker_counts();
-    if (counts.late > 0) say(fmt::format("{} observations came more than a second late and were not used", counts.late));
-    if (counts.impossible > 0) say(fmt::format("{} observations had impossible values and were not used", counts.impossible));
-    if (counts.strayed > 0) say(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
+    if (counts.late > 0) log_warning(fmt::format("{} observations came more than a second late and were not used", counts.late));
+    if (counts.impossible > 0) log_warning(fmt::format("{} observations had impossible values and were not used", counts.impossible));
+    if (counts.strayed > 0) log_warning(fmt::format("{} observations had times far from all others and were not used", counts.strayed));
     for (const SinkState& sink : runner.sink_states()) {
-        if (sink.lost > 0) say(fmt::format("{}: {} messages were lost", sink.name, sink.lost));
+        if (sink.lost > 0) log_warning(fmt::format("{}: {} messages were lost", sink.name, sink.lost));
     }
-    say(fmt::format("{} fixes given", fixes));
-    for (const std::string& reason : tracker.robots_not_found()) say("without a fix at the end: " + reason);
+    log_info(fmt::format("{} fixes given", fixes));
+    for (const std::string& reason : tracker.robots_not_found()) log_warning("without a fix at the end: " + reason);
 }
 
 /// The recording that was asked for; null: none was.
@@ -61,7 +62,7 @@ static Result<std::unique_ptr<SessionRecorder>> start_recording(const SiteTracke
     if (options.record.folder.empty()) return std::unique_ptr<SessionRecorder>();
     auto content = session_content(tracker, options.record.site_file, options.background);
     if (!content) return content.error();
-    return SessionRecorder::start({options.record.folder, options.record.limits, options.run.speed == 0, say}, std::move(*content));
+    return SessionRecorder::start({options.record.folder, options.record.limits, options.run.speed == 0, log_warning}, std::move(*content));
 }
 
 /// Ends the recording, if there is one, and says what it holds.
@@ -69,7 +70,7 @@ static Result<void> finish_recording(const std::string& folder, SessionRecorder*
     if (recorder == nullptr) return {};
     auto finished = recorder->finish();
     const RecordingState state = recorder->state();
-    say(fmt::format("recorded to {}: {} frames, {:.1f} MB", folder, state.frames, 1e-6 * static_cast<double>(state.bytes)));
+    log_info(fmt::format("recorded to {}: {} frames, {:.1f} MB", folder, state.frames, 1e-6 * static_cast<double>(state.bytes)));
     return finished;
 }
 
@@ -83,9 +84,13 @@ static Result<std::unique_ptr<FixFile>> open_fix_file(const Site& site, const Ru
 
 /// Says where fixes go.
 static Result<void> open_outputs(SourceRunner& runner, SiteTracker& tracker, Overflow overflow) {
-    if (auto added = add_site_sinks(runner, tracker, overflow, say); !added) return added;
+    if (auto added = add_site_sinks(runner, tracker, overflow, log_warning); !added) return added;
     for (const SinkState& sink : runner.sink_states()) {
-        say(sink.message.empty() ? "fixes go to: " + sink.name : fmt::format("{}: {}; it is tried again", sink.name, sink.message));
+        if (sink.message.empty()) {
+            log_info("fixes go to: " + sink.name);
+        } else {
+            log_warning(fmt::format("{}: {}; it is tried again", sink.name, sink.message));
+        }
     }
     return {};
 }
@@ -104,7 +109,7 @@ static Result<void> open_page(SourceRunner& runner, SiteTracker& tracker, const 
         if (!answerers) return answerers.error();
         (*page)->show_history(std::move(*answerers));
     }
-    say(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
+    log_info(fmt::format("the map is at http{}://{}:{}", web.tls ? "s" : "", web.host, (*page)->port()));
     runner.add_sink(std::move(*page), Overflow::newest_only);
     return {};
 }
@@ -114,7 +119,7 @@ static std::shared_ptr<void> follow_zones(SiteWatch* watch, SourceRunner& runner
     if (watch == nullptr) return nullptr;
     watch->on_zones([&runner](const std::vector<SiteZone>& zones) {
         runner.set_zones(zones);
-        say("the zones were changed");
+        log_info("the zones were changed");
     });
     return {nullptr, [watch](void*) { watch->on_zones({}); }};
 }
@@ -123,15 +128,15 @@ static std::shared_ptr<void> follow_zones(SiteWatch* watch, SourceRunner& runner
 static std::vector<Fix> smoothed(const SiteTracker& tracker, const std::vector<Fix>& fixes, const SmootherSettings& settings) {
     Smoothed best = smooth(tracker.tracker(), fixes, settings, progress_bar("smoothing"));
     for (const Unsettled& part : best.unsettled) {
-        say(fmt::format("{}: smoothing did not settle between {:.1f} s and {:.1f} s: the fixes of that time are the tracker's", part.robot,
-                        to_seconds(part.from), to_seconds(part.to)));
+        log_warning(fmt::format("{}: smoothing did not settle between {:.1f} s and {:.1f} s: the fixes of that time are the tracker's", part.robot,
+                                to_seconds(part.from), to_seconds(part.to)));
     }
     return std::move(best.fixes);
 }
 
 /// With the exit code of what went wrong before anything ran.
 static int give_up(const Error& error) {
-    complain(error.message);
+    log_error(error.message);
     return bad_input;
 }
 
@@ -174,7 +179,7 @@ int run_site(const Site& site, const RunOptions& options) {
     }
     say_what_happened(tracker, runner, given);
     if (written) return done;
-    complain(written.error().message);
+    log_error(written.error().message);
     return failed;
 }
 

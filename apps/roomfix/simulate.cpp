@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
 #include "roomfix/simulate/write_session.hpp"
@@ -13,14 +14,18 @@ struct Arguments {
     std::string scenario;
     std::string folder;
     SessionOptions session;
+    double readout = 0;  // s
+    std::optional<double> speed;
 };
 
 int simulate(const Arguments& arguments) {
-    const auto scenario = make_scenario(arguments.scenario, arguments.session.seed);
+    auto scenario = make_scenario(arguments.scenario, arguments.session.seed);
     if (!scenario) {
         complain(scenario.error().message);
         return bad_input;
     }
+    if (arguments.readout > 0) roll_shutters(*scenario, arguments.readout);
+    if (arguments.speed) drive_at(*scenario, *arguments.speed);
     const auto written = write_session(*scenario, arguments.folder, arguments.session, progress_bar("rendering " + arguments.scenario));
     if (!written) {
         complain(written.error().message);
@@ -39,6 +44,9 @@ void add_simulate(CLI::App& app, int& exit_code) {
     command->add_option("-o,--output", arguments->folder, "session folder to write")->required();
     command->add_option("--duration", arguments->session.duration, "seconds (default: the scenario's)")->check(CLI::Range(0.05, 36000.0));
     command->add_option("--seed", arguments->session.seed, "noise, clicks, sizes")->capture_default_str();
+    command->add_option("--readout", arguments->readout, "seconds from the first row's exposure to the last row's: a rolling shutter")
+        ->check(CLI::Range(0.0, 0.2));
+    command->add_option("--speed", arguments->speed, "of all robots, m/s (default: the scenario's)")->check(CLI::Range(0.0, 5.0));
     command->add_flag("--png", arguments->session.png, "lossless frames instead of JPEG");
     command->footer("Example: roomfix simulate li2014 -o /tmp/li2014 --duration 10");
     command->callback([=, &exit_code] { exit_code = simulate(*arguments); });

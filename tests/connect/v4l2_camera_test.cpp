@@ -170,6 +170,32 @@ TEST(V4l2Camera, OfACameraThatGivesAnySizeTheUsualOnesAreListed) {
     EXPECT_EQ(sizes, (std::vector<std::pair<int, int>>{{1456, 1088}, {1280, 960}, {1280, 720}, {1024, 768}, {800, 600}, {640, 480}, {320, 240}}));
 }
 
+TEST(V4l2Camera, ARawPictureIsKeptWithAllItsColours) {
+    Driver driver = ordinary_driver(V4L2_PIX_FMT_YUYV);
+    auto source = start_v4l2_camera(std::make_unique<DriverDevice>(driver), "/dev/video7", small_pictures());
+    ASSERT_TRUE(source) << source.error().message;
+    SourceFrame frame;
+    driver.pictures = {{yuyv_picture(50), 0.01}};
+    ASSERT_TRUE((*source)->next(frame));
+    EXPECT_FALSE(frame.file);  // nobody wants it
+    (*source)->keep_files();
+    std::vector<std::uint8_t> bytes = yuyv_picture(90);
+    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i % 2 ? 60 + i % 91 : 30 + i % 200);
+    driver.pictures = {{bytes, 0.01}};
+    ASSERT_TRUE((*source)->next(frame));
+    ASSERT_TRUE(frame.file);
+    const auto file = frame.file();
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_EQ(file->ending, "y4m");
+    LumaImage grey;
+    ColourImage colour;
+    ASSERT_TRUE(decode_picture(file->bytes, grey, colour));
+    ASSERT_EQ(grey.width(), frame.image.width());
+    for (int y = 0; y < grey.height(); ++y) EXPECT_EQ(0, std::memcmp(grey.row(y), frame.image.row(y), static_cast<std::size_t>(grey.width())));
+    EXPECT_EQ(colour.channels, 3);
+    EXPECT_EQ(colour.values, frame.colour.values);
+}
+
 TEST(V4l2Camera, TimeStampsOfAllKindsBecomeTheMiddleOfTheExposure) {
     const ClockPair now{1000, 1'800'000'000'000'000'000};
     const auto after_now = [&](const StampedTime& t) { return to_seconds(t.time - now.system); };
@@ -180,6 +206,11 @@ TEST(V4l2Camera, TimeStampsOfAllKindsBecomeTheMiddleOfTheExposure) {
     const StampedTime end = middle_of_exposure({999.9, true, false}, now, std::nullopt, 0.04);
     EXPECT_NEAR(after_now(end), -0.13, 1e-6);
     EXPECT_GT(end.sigma, 0.01);
+    // Rows that are exposed one after another: the middle one is meant.
+    EXPECT_NEAR(after_now(middle_of_exposure({999.9, true, true}, now, 0.01, 0.04, 0.02)), -0.085, 1e-6);
+    const StampedTime read_out = middle_of_exposure({999.9, true, false}, now, 0.01, 0.04, 0.02);
+    EXPECT_NEAR(after_now(read_out), -0.115, 1e-6);
+    EXPECT_NEAR(read_out.sigma, 0.001, 1e-9);
     for (const BufferStamp& strange : {BufferStamp{999.9, false, true}, BufferStamp{1e6, true, true}, BufferStamp{3, true, true}}) {
         EXPECT_EQ(middle_of_exposure(strange, now, 0.01, 0.04).time, now.system);
         EXPECT_GT(middle_of_exposure(strange, now, 0.01, 0.04).sigma, 0.02);

@@ -13,6 +13,7 @@
 #include "roomfix/estimate/pose_model.hpp"
 #include "roomfix/estimate/range_model.hpp"
 #include "roomfix/estimate/tag_model.hpp"
+#include "roomfix/geometry/row_time.hpp"
 
 namespace roomfix {
 namespace {
@@ -201,6 +202,78 @@ TEST(MeasurementModels, TagsHaveTheDerivativesOfAnIndependentFormula) {
         }
         expect_derivatives<8>(*l, belief, predicted, 0, SlowKind::landmark_place, 0);
     }
+}
+
+/// `linearise(belief)` of a row that is exposed `late` s later: the prediction is that of the robot moved on, and has the derivatives by its velocity.
+template <int Rows, class Linearise, class AtOnce>
+void expect_moved_on(const Belief& belief, double late, const Linearise& linearise, const AtOnce& all_rows_at_once) {
+    const auto l = linearise(belief);
+    Belief later = belief;
+    later.mean.head<3>() += late * belief.velocity();
+    const auto there = all_rows_at_once(later);
+    EXPECT_LT((l.residual - there.residual).norm(), 1e-9);
+    EXPECT_GT((l.residual - all_rows_at_once(belief).residual).norm(), 1e-4);
+    for (int i = 0; i < 3; ++i) {
+        Eigen::Matrix<double, Rows, 1> column = Eigen::Matrix<double, Rows, 1>::Zero();
+        for (std::size_t k = 0; k < l.states.size(); ++k) {
+            if (l.states[k] == state_vx + i) column += l.by_state.col(static_cast<Eigen::Index>(k));
+        }
+        Belief faster = belief;
+        constexpr double h = 1e-4;
+        faster.mean[state_vx + i] += h;
+        EXPECT_LT((linearise(faster).residual - l.residual + h * column).norm(), 1e-3 * h);
+    }
+}
+
+TEST(MeasurementModels, ALaterRowShowsTheRobotFurtherOnItsWay) {
+    Random random(5);
+    Belief belief = somewhere(random);
+    belief.mean.segment<3>(state_vx) = Eigen::Vector3d(1.1, -0.6, 0.8);
+    constexpr double readout = 0.03;
+    constexpr double row = 440;
+    const double late = row_time(readout, 480, row);
+    EXPECT_NEAR(late, 0.0125, 1e-3);
+
+    PoseObservation pose;
+    pose.late = late;
+    expect_moved_on<3>(
+        belief, late, [&](const Belief& b) { return linearise_pose(b, pose, {}); }, [&](const Belief& b) { return linearise_pose(b, PoseObservation(), {}); });
+
+    OnboardSource rolling = onboard_source(7, looking_up_askew());
+    OnboardSource still = rolling;
+    rolling.readout = readout;
+    std::vector<Eigen::Vector3d> points;
+    LandmarkObservation seen;
+    for (int i = 0; i < 3; ++i) {
+        points.emplace_back(belief.mean[0] + 0.1 * i, belief.mean[1] - 0.05 * i * i, 3);
+        seen.points.push_back({{320, row}, Eigen::Matrix2d::Identity()});
+    }
+    const KnownLandmark landmark{4, &points, 0.002};
+    expect_moved_on<6>(
+        belief, late, [&](const Belief& b) { return *linearise_points<3>(b, seen, landmark, rolling); },
+        [&](const Belief& b) { return *linearise_points<3>(b, seen, landmark, still); });
+
+    SiteCorner corner;
+    corner.position = Eigen::Vector3d(-2, -3, 2.7);
+    CornerObservation edges;
+    edges.pixel = {320, static_cast<float>(row)};
+    edges.view.corner_from_camera = map_from_robot(belief.pose()).linear() * rolling.camera.robot_from_camera.pose.linear();
+    expect_moved_on<5>(
+        belief, late, [&](const Belief& b) { return *linearise_corner(b, edges, corner, 5, rolling); },
+        [&](const Belief& b) { return *linearise_corner(b, edges, corner, 5, still); });
+
+    View view;
+    view.model = make_camera_model(640, 480, 500, 502, 322, 238, {});
+    view.map_from_camera.pose = looking_at({belief.mean[0] + 2, belief.mean[1], 3}, {belief.mean[0], belief.mean[1], 0});
+    SiteRobot robot;
+    robot.tag = Tag{3, 0.2};
+    FixedList<PointSighting, 4> tag;
+    for (int i = 0; i < 4; ++i) tag.push_back({{320, row}, Eigen::Matrix2d::Identity()});
+    PoseSource camera;
+    camera.readout = readout;
+    expect_moved_on<8>(
+        belief, late, [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, camera); },
+        [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, {}); });
 }
 
 TEST(MeasurementModels, ABoxIsMeantToFaceTheNearestOfTheWaysThatLookTheSame) {

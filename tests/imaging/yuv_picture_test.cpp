@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/imaging/y4m.hpp"
 
 namespace roomfix {
 namespace {
@@ -72,6 +73,66 @@ TEST(YuvPicture, PackedPicturesAreWhatOpenCvMakesOfThem) {
     cv::Mat bgr;
     cv::cvtColor(packed, bgr, cv::COLOR_YUV2BGR_YUYV);
     expect_like_opencv(yuyv_view(packed.data, yuv_width, yuv_height, 2 * yuv_width), bgr);
+}
+
+/// A picture of 5 x 3 pixels with colours at any places, of other values everywhere.
+struct SmallYuv {
+    std::vector<std::uint8_t> bytes = std::vector<std::uint8_t>(64);
+    YuvView view;
+    SmallYuv(int shift_x, int shift_y, bool full_range) {
+        for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(20 + 3 * i);
+        view = {bytes.data(), bytes.data() + 20, bytes.data() + 40, 5, 3, 5, 5, 1, 1, shift_x, shift_y, full_range};
+    }
+};
+
+TEST(YuvPicture, AFileHasAllOfIt) {
+    for (const auto& [x, y] : {std::pair{1, 1}, {1, 0}, {0, 0}, {2, 0}, {0, 1}}) {
+        for (const bool full_range : {false, true}) {
+            const SmallYuv picture(x, y, full_range);
+            const auto file = encode_y4m(picture.view);
+            ASSERT_TRUE(file) << file.error().message;
+            LumaImage luma, read_luma;
+            ColourImage colour, read_colour;
+            luma_from_yuv(picture.view, luma);
+            colour_from_yuv(picture.view, colour);
+            ASSERT_TRUE(decode_picture(*file, read_luma, read_colour));
+            ASSERT_EQ(read_luma.width(), 5);
+            ASSERT_EQ(read_luma.height(), 3);
+            for (int row = 0; row < 3; ++row) EXPECT_TRUE(std::equal(luma.row(row), luma.row(row) + 5, read_luma.row(row)));
+            EXPECT_EQ(read_colour.channels, 3);
+            EXPECT_EQ(read_colour.values, colour.values);
+            for (std::size_t size = 0; size < file->size(); ++size) EXPECT_FALSE(decode_luma({file->data(), size}, read_luma)) << size;
+        }
+    }
+    EXPECT_FALSE(encode_y4m(SmallYuv(3, 1, false).view));
+    const std::string_view deep = "YUV4MPEG2 W2 H2 C420p10\nFRAME\n";
+    EXPECT_FALSE(y4m_view({reinterpret_cast<const std::uint8_t*>(deep.data()), deep.size()}));
+}
+
+TEST(YuvPicture, AJpegOfItLooksTheSame) {
+    cv::Mat planes, bgr;
+    cv::cvtColor(colourful(), planes, cv::COLOR_BGR2YUV_I420);
+    YuvView view;
+    view.width = yuv_width;
+    view.height = yuv_height;
+    view.y = planes.data;
+    view.u = view.y + yuv_width * yuv_height;
+    view.v = view.u + yuv_width * yuv_height / 4;
+    view.y_stride = yuv_width;
+    view.colour_stride = yuv_width / 2;
+    LumaImage luma, read_luma;
+    ColourImage colour, read_colour;
+    luma_from_yuv(view, luma);
+    colour_from_yuv(view, colour);
+    ASSERT_TRUE(decode_picture(encode_jpeg(view, 95), read_luma, read_colour));
+    ASSERT_EQ(read_colour.values.size(), colour.values.size());
+    int luma_off = 0, colour_off = 0;
+    for (int y = 0; y < yuv_height; ++y) {
+        for (int x = 0; x < yuv_width; ++x) luma_off = std::max(luma_off, std::abs(luma.row(y)[x] - read_luma.row(y)[x]));
+    }
+    for (std::size_t i = 0; i < colour.values.size(); ++i) colour_off = std::max(colour_off, std::abs(colour.values[i] - read_colour.values[i]));
+    EXPECT_LE(luma_off, 4);
+    EXPECT_LE(colour_off, 12);
 }
 
 TEST(YuvPicture, FullRangeIsKeptAndWithoutColourItIsGrey) {

@@ -6,16 +6,23 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <thread>
 
 #include "connect/peer.hpp"
+#include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/simulate/scenario_renderer.hpp"
+#include "roomfix/site/load_site.hpp"
+#include "roomfix/site/site_text.hpp"
 
 namespace roomfix {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// The rendered pictures of a drive to and fro, shown by the clock.
 class Film {
@@ -76,7 +83,8 @@ private:
     void run(const Film& film, const Peer& server) {
         const LumaImage& first = film.picture(0);
         const auto pixels = static_cast<std::size_t>(first.width() * first.height());
-        std::vector<std::uint8_t> message(sizeof(Nanoseconds) + pixels * 3 / 2, 128);
+        std::vector<std::uint8_t> message(sizeof(Nanoseconds) + pixels * 3 / 2, 116);                                                      // bluish ...
+        std::fill(message.begin() + static_cast<std::ptrdiff_t>(sizeof(Nanoseconds) + pixels * 5 / 4), message.end(), std::uint8_t{140});  // ... red
         while (!stop_) {
             int number = 0;
             while (film.time_of(number) < system_now()) ++number;
@@ -129,6 +137,72 @@ bool wait_for(const std::function<bool()>& holds) {
     return true;
 }
 
+/// A recording of the site's only camera, in a folder that is gone with it.
+struct LiveRecording {
+    fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_live_{}", getpid());
+    std::unique_ptr<SessionRecorder> recorder;
+
+    explicit LiveRecording(Site site) {
+        fs::remove_all(folder);
+        const std::string camera = site.cameras[0].id;
+        site.cameras[0].source = "frames/" + camera;
+        site.cameras[0].background.clear();
+        auto started = SessionRecorder::start({folder}, {site, site_text(site), {camera}, {}});
+        if (started) recorder = std::move(*started);
+    }
+    ~LiveRecording() { fs::remove_all(folder); }
+    LiveRecording(const LiveRecording&) = delete;
+    LiveRecording& operator=(const LiveRecording&) = delete;
+};
+
+/// The fixes of a recording.
+std::vector<Fix> replayed(const fs::path& session, const BackgroundModel& background) {
+    const auto site = load_session(session);
+    if (!site) ADD_FAILURE() << site.error().message;
+    auto tracker = SiteTracker::create(*site);
+    (*tracker)->set_background(0, background);
+    SourceRunner runner(**tracker);
+    KeptFixes::Kept kept;
+    runner.add_sink(std::make_unique<KeptFixes>(kept), Overflow::wait);
+    RunSettings settings;
+    settings.speed = 0;
+    const std::atomic<bool> stop{false};
+    EXPECT_TRUE(runner.run(settings, stop));
+    EXPECT_TRUE(runner.finish_sinks());
+    return kept.fixes;
+}
+
+/// Every fix that was given live and rests on a frame is given again, to the last digit.
+void expect_same_fixes(const std::vector<Fix>& live, const std::vector<Fix>& again) {
+    std::size_t same = 0;
+    for (const Fix& fix : live) {
+        if (fix.status != FixStatus::ok) continue;
+        const auto found = std::find_if(again.begin(), again.end(), [&](const Fix& f) { return f.time == fix.time && f.robot == fix.robot; });
+        ASSERT_NE(found, again.end()) << fix.time;
+        EXPECT_EQ(found->pose.x, fix.pose.x);
+        EXPECT_EQ(found->pose.y, fix.pose.y);
+        EXPECT_EQ(found->pose.yaw, fix.pose.yaw);
+        EXPECT_EQ(found->covariance, fix.covariance);
+        ++same;
+    }
+    EXPECT_GT(same, 15U);
+}
+
+/// Pictures of a decoded stream are kept as they were decoded, with their colours.
+void expect_colours(const fs::path& frames) {
+    std::size_t pictures = 0;
+    for (const auto& file : fs::directory_iterator(frames)) {
+        LumaImage grey;
+        ColourImage colour;
+        std::vector<std::uint8_t> buffer;
+        EXPECT_EQ(file.path().extension(), ".y4m");
+        ASSERT_TRUE(load_picture(file, grey, colour, buffer));
+        EXPECT_EQ(colour.channels, 3);
+        ++pictures;
+    }
+    EXPECT_GT(pictures, 15U);
+}
+
 /// Runs the site's sources in a thread until it goes.
 class Running {
 public:
@@ -162,11 +236,15 @@ TEST(LiveRun, ANetworkCameraThatComesGoesAndComesBackFindsTheRobotWhereItIs) {
     Film film(scenario);
     auto tracker = SiteTracker::create(site);
     ASSERT_TRUE(tracker) << tracker.error().message;
-    (*tracker)->set_background(0, film.background());
+    const BackgroundModel background = film.background();
+    (*tracker)->set_background(0, background);
+    LiveRecording recording(site);
+    ASSERT_TRUE(recording.recorder);
     const auto state = [&] { return (*tracker)->camera_states().front(); };
     SourceRunner runner(**tracker);
     KeptFixes::Kept kept;
     runner.add_sink(std::make_unique<KeptFixes>(kept), Overflow::drop_oldest);
+    runner.record_to(*recording.recorder);
     auto running = std::make_unique<Running>(runner);
     ASSERT_TRUE(wait_for([&] { return state().status == "away"; })) << state().status;
     EXPECT_NE(state().message.find("Connection refused"), std::string::npos) << state().message;
@@ -187,6 +265,9 @@ TEST(LiveRun, ANetworkCameraThatComesGoesAndComesBackFindsTheRobotWhereItIs) {
     }
     running.reset();
     ASSERT_TRUE(runner.finish_sinks());
+    ASSERT_TRUE(recording.recorder->finish());
+    expect_colours(recording.folder / "frames" / site.cameras[0].id);
+    expect_same_fixes(kept.fixes, replayed(recording.folder, background));
     std::vector<double> errors;
     for (const Fix& fix : kept.fixes) {
         if (fix.status != FixStatus::ok) continue;

@@ -219,7 +219,7 @@ TEST(LoadSite, ReadsHowFarACamerasClockMayBeOffAndWritesItAgain) {
 
 TEST(LoadSite, ReadsHowACameraTakesItsPicturesAndWritesItAgain) {
     const auto camera = [](const std::string& lines) { return parse_site(with(good, "    size: [640, 480]", "    size: [640, 480]\n" + lines), "/somewhere"); };
-    const LoadedSite first = camera("    delay: 0.08\n    capture: {rate: 30, exposure: 0.005, gain: 12, white_balance: 4500}");
+    const LoadedSite first = camera("    delay: 0.08\n    readout: 0.03\n    capture: {rate: 30, exposure: 0.005, gain: 12, white_balance: 4500}");
     for (const auto& p : first.problems) EXPECT_FALSE(p.fatal) << p.message;
     for (const Site& site : {first.site, parse_site(site_text(first.site), "/somewhere").site}) {
         const CaptureSettings& capture = site.cameras[0].capture;
@@ -228,9 +228,12 @@ TEST(LoadSite, ReadsHowACameraTakesItsPicturesAndWritesItAgain) {
         EXPECT_EQ(capture.gain, 12);
         EXPECT_EQ(capture.white_balance, 4500);
         EXPECT_EQ(capture.delay, 0.08);
+        EXPECT_EQ(capture.readout, 0.03);
+        EXPECT_EQ(site.cameras[1].capture.readout, 0);
         EXPECT_FALSE(site.cameras[1].capture.delay);
     }
     EXPECT_TRUE(problem_with(camera("    delay: -1"), "delay"));
+    EXPECT_TRUE(problem_with(camera("    readout: 30"), "readout"));
     EXPECT_TRUE(problem_with(camera("    capture: {exposure: 5}"), "exposure"));
     EXPECT_TRUE(problem_with(camera("    capture: {shutter: 1}"), "shutter"));
 }

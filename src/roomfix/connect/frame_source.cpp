@@ -16,6 +16,7 @@
 #include "roomfix/connect/reconnecting_source.hpp"
 #include "roomfix/connect/v4l2_camera.hpp"
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/imaging/y4m.hpp"
 
 namespace roomfix {
 namespace {
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 bool is_picture(const fs::path& file) {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return ending == ".jpg" || ending == ".jpeg" || ending == ".png" || ending == ".pgm" || ending == ".ppm" || ending == ".bmp";
+    return ending == ".jpg" || ending == ".jpeg" || ending == ".png" || ending == ".pgm" || ending == ".ppm" || ending == ".bmp" || ending == ".y4m";
 }
 
 Result<PictureFile> file_as_it_is(const fs::path& file) {
@@ -147,6 +148,13 @@ SourceOpener live_opener(const std::string& source, const LiveSettings& settings
 }
 
 }  // namespace
+
+std::function<Result<PictureFile>()> yuv_file(const YuvView& picture) {
+    auto bytes = encode_y4m(picture);
+    if (!bytes) return {};
+    const auto file = std::make_shared<PictureFile>(PictureFile{std::move(*bytes), "y4m"});
+    return [file] { return std::move(*file); };
+}
 
 Result<PictureFile> grey_file(const LumaImage& image) {
     const LumaView view = image.view();

@@ -11,6 +11,7 @@
 #include "roomfix/base/time.hpp"
 #include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/imaging/yuv_picture.hpp"
 #include "roomfix/site/capture.hpp"
 
 namespace roomfix {
@@ -52,8 +53,8 @@ public:
     virtual std::int64_t passed_over() const { return 0; }
     /// From any thread: `advance` comes back soon, and nothing more comes.
     virtual void interrupt() {}
-    /// From now on frames have their `file`: the bytes as they came, where the source has them, otherwise the decoded picture as PNG. Live sources give what
-    /// they have as `encoded`.
+    /// From now on frames have their `file`: the bytes as they came, where the source has them, otherwise the picture without loss. Live sources that get
+    /// JPEGs give them as `encoded`.
     virtual void keep_files() {}
 };
 
@@ -62,6 +63,9 @@ struct LiveSettings {
     CaptureSettings capture;
     int width = 0, height = 0;  // px; 0: as the camera likes
 };
+
+/// A frame's picture as the camera or the decoder gave it, nothing lost, as a Y4M file; empty where none can hold it.
+std::function<Result<PictureFile>()> yuv_file(const YuvView& picture);
 
 /// A frame of which only the grey picture is left, as PNG.
 Result<PictureFile> grey_file(const LumaImage& image);

@@ -45,6 +45,7 @@ public:
 
     Result<bool> advance(SourceFrame& frame) override;
     Result<void> decode(SourceFrame& frame) override;
+    void keep_files() override { keeps_files_ = true; }
     bool live() const override { return true; }
     std::int64_t count() const override { return -1; }
     std::string note() const override {
@@ -70,6 +71,7 @@ private:
     std::atomic<bool> closed_{false};
     std::unique_ptr<PacketReader> reader_;
     std::unique_ptr<PictureDecoder> decoder_;  // null: every picture is a JPEG
+    bool keeps_files_ = false;
     Taken given_;
     std::int64_t number_ = 0;                                    // of packets that were decoded
     std::deque<std::pair<std::int64_t, StampedTime>> decoding_;  // packets whose pictures are not ready yet
@@ -181,8 +183,10 @@ Result<void> NetworkCamera::decode(SourceFrame& frame) {
         return decoded;
     }
     frame.encoded.clear();
+    frame.file = {};
     const auto picture = decoder_->picture();
     if (!picture) return picture.error();
+    if (keeps_files_) frame.file = yuv_file(*picture);
     luma_from_yuv(*picture, frame.image);
     colour_from_yuv(*picture, frame.colour);
     return {};

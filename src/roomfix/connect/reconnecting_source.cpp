@@ -21,6 +21,7 @@ Result<void> ReconnectingSource::connect() {
     if (!opened) return opened.error();
     const std::lock_guard lock(mutex_);
     source_ = std::move(*opened);
+    if (keeps_files_) source_->keep_files();
     if (stop_) source_->interrupt();
     return {};
 }
@@ -42,6 +43,11 @@ Result<bool> ReconnectingSource::advance(SourceFrame& frame) {
     }
     wait_ = std::max(wait_, settings_.first_wait);
     return more ? Error{"the camera ended its stream"} : more.error();
+}
+
+void ReconnectingSource::keep_files() {
+    keeps_files_ = true;
+    if (source_) source_->keep_files();
 }
 
 Result<void> ReconnectingSource::decode(SourceFrame& frame) { return source_ ? source_->decode(frame) : Result<void>(Error{"the camera is not there"}); }

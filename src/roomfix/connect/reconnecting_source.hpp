@@ -35,6 +35,7 @@ public:
     std::string note() const override;
     std::int64_t passed_over() const override;
     void interrupt() override;
+    void keep_files() override;
 
 private:
     Result<void> connect();
@@ -43,7 +44,8 @@ private:
     SourceOpener open_;
     ReconnectSettings settings_;
     std::chrono::milliseconds wait_{0};  // before the next attempt
-    std::int64_t passed_over_ = 0;       // by connections that ended
+    bool keeps_files_ = false;
+    std::int64_t passed_over_ = 0;  // by connections that ended
     std::atomic<bool> stop_{false};
     mutable std::mutex mutex_;  // for `source_` and waiting
     std::condition_variable stopped_;

@@ -51,6 +51,7 @@ public:
 
     Result<bool> advance(SourceFrame& frame) override;
     Result<void> decode(SourceFrame& frame) override;
+    void keep_files() override { keeps_files_ = true; }
     bool live() const override { return true; }
     std::int64_t count() const override { return -1; }
     std::string note() const override { return note_; }
@@ -71,6 +72,8 @@ private:
     VideoMode mode_;
     std::ptrdiff_t stride_ = 0;
     double interval_ = 0;  // s between pictures
+    bool keeps_files_ = false;
+    double readout_ = 0;  // s from when the first row is exposed until the last one is
     AppliedSettings applied_;
     std::vector<std::span<std::uint8_t>> buffers_;
     std::optional<v4l2_buffer> held_;  // the picture that is looked at
@@ -82,6 +85,7 @@ private:
 
 Result<void> V4l2Camera::start(const LiveSettings& settings) {
     if (auto set = set_format(settings); !set) return set;
+    readout_ = settings.capture.readout;
     set_rate(settings.capture.rate);
     applied_ = apply_settings(*device_, settings.capture);
     if (auto mapped = map_buffers(); !mapped) return mapped;
@@ -192,7 +196,7 @@ Result<bool> V4l2Camera::advance(SourceFrame& frame) {
         const BufferStamp stamp{static_cast<double>(held_->timestamp.tv_sec) + 1e-6 * static_cast<double>(held_->timestamp.tv_usec),
                                 (held_->flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC,
                                 (held_->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE};
-        const StampedTime stamped = middle_of_exposure(stamp, clocks_now(), applied_.exposure, interval_);
+        const StampedTime stamped = middle_of_exposure(stamp, clocks_now(), applied_.exposure, interval_, readout_);
         frame.time = stamped.time;
         frame.time_sigma = stamped.sigma;
         frame.name = std::to_string(++frames_);
@@ -213,6 +217,7 @@ Result<void> V4l2Camera::decode(SourceFrame& frame) {
     const std::span<const std::uint8_t> buffer = buffers_[held_->index];
     const auto bytes = buffer.first(std::min<std::size_t>(held_->bytesused, buffer.size()));
     frame.encoded.clear();
+    frame.file = {};
     if (mode_.format == VideoFormat::mjpeg) {
         frame.encoded.assign(bytes.begin(), bytes.end());
         return decode_picture(frame.encoded, frame.image, frame.colour);
@@ -227,6 +232,7 @@ Result<void> V4l2Camera::decode(SourceFrame& frame) {
         return {};
     }
     const YuvView picture = yuyv_view(bytes.data(), mode_.width, mode_.height, stride_);
+    if (keeps_files_) frame.file = yuv_file(picture);
     luma_from_yuv(picture, frame.image);
     colour_from_yuv(picture, frame.colour);
     return {};

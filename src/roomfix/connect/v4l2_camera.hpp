@@ -34,7 +34,8 @@ struct ClockPair {
     double monotonic = 0;    // s
     Nanoseconds system = 0;  // of our clock
 };
-/// The middle of a picture's exposure by our clock. `interval` (s) is that between pictures: what is not known of exposure and reading out is some part of it.
-StampedTime middle_of_exposure(const BufferStamp& stamp, const ClockPair& now, std::optional<double> exposure, double interval);
+/// The middle of exposure of a picture's middle row by our clock. `interval` (s) is that between pictures: what is not known of exposure and reading out is
+/// some part of it. `readout`: s from the first row's exposure to the last row's; 0: all at once, or not known.
+StampedTime middle_of_exposure(const BufferStamp& stamp, const ClockPair& now, std::optional<double> exposure, double interval, double readout = 0);
 
 }  // namespace roomfix

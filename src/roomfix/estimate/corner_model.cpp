@@ -1,6 +1,8 @@
 #include "roomfix/estimate/corner_model.hpp"
 
 #include "roomfix/estimate/iterated_update.hpp"
+#include "roomfix/estimate/pose_model.hpp"
+#include "roomfix/geometry/row_time.hpp"
 
 namespace roomfix {
 
@@ -11,7 +13,8 @@ void add_slow_states(Belief& belief, int number, const OnboardSource& source) {
 
 std::optional<Linearised<5>> linearise_corner(const Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number,
                                               const OnboardSource& source) {
-    const Pose2 pose = belief.pose();
+    const double late = row_time(source.readout, source.camera.model.height, static_cast<double>(seen.pixel.y()));
+    const Pose2 pose = moved(belief, late);
     const Eigen::Isometry3d& mount = source.camera.robot_from_camera.pose;
     const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const Eigen::Matrix3d map_from_robot_turn = Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -36,6 +39,10 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
     }
     column << 0, 0, 1, by_move * corner_from_map * Eigen::Vector3d::UnitZ().cross(arm);
     l.depends(state_yaw, column);
+    for (int i = 0; i < 3 && late != 0; ++i) {
+        column = late * l.by_state.col(i);
+        l.depends(state_vx + i, column);
+    }
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
         const Vector5d by_time = l.by_state.leftCols<3>() * belief.velocity();
         l.depends_on_slow(belief, *offset, by_time);

@@ -2,6 +2,7 @@
 
 #include "roomfix/estimate/iterated_update.hpp"
 #include "roomfix/estimate/pose_model.hpp"
+#include "roomfix/geometry/row_time.hpp"
 
 namespace roomfix {
 
@@ -29,21 +30,24 @@ template <int Points>
 std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, const LandmarkObservation& seen, const KnownLandmark& landmark,
                                                        const OnboardSource& source) {
     Linearised<2 * Points> l;
-    Eigen::Matrix<double, 2 * Points, 3> by_pose;
+    Eigen::Matrix<double, 2 * Points, 3> by_pose, by_velocity;
     Eigen::Matrix<double, 2 * Points, camera_errors> by_camera;
     Eigen::Matrix<double, 2 * Points, 3> by_place;
     for (int i = 0; i < Points; ++i) {
         const auto k = static_cast<std::size_t>(i);
         SeenPointJacobian j;
-        const auto pixel = predict_point(source.camera, belief.pose(), (*landmark.points)[k], &j);
+        const double late = row_time(source.readout, source.camera.model.height, seen.points[k].pixel.y());
+        const auto pixel = predict_point(source.camera, moved(belief, late), (*landmark.points)[k], &j);
         if (!pixel) return std::nullopt;
         l.residual.template segment<2>(2 * i) = seen.points[k].pixel - *pixel;
         l.noise.template block<2, 2>(2 * i, 2 * i) = seen.points[k].covariance;
         by_pose.template middleRows<2>(2 * i) = j.by_pose;
+        by_velocity.template middleRows<2>(2 * i) = late * j.by_pose;
         by_camera.template middleRows<2>(2 * i) << j.by_mount, j.by_intrinsics;
         by_place.template middleRows<2>(2 * i) = j.by_point;
     }
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
+    for (int i = 0; i < 3 && source.readout > 0; ++i) l.depends(state_vx + i, by_velocity.col(i));
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
     for (int i = 0; i < 3; ++i) {
         const Eigen::Matrix<double, 2 * Points, 1> column = landmark.sigma * by_place.col(i);

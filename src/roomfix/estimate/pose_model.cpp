@@ -19,6 +19,12 @@ int component_of(const LastingError& lasting, int error) { return 3 * (lasting.o
 
 }  // namespace
 
+Pose2 moved(const Belief& belief, double seconds) {
+    const Pose2 pose = belief.pose();
+    const Eigen::Vector3d way = seconds * belief.velocity();
+    return {pose.x + way.x(), pose.y + way.y(), pose.yaw + way.z()};
+}
+
 void add_slow_states(Belief& belief, const PoseSource& source) {
     if (source.time_offset_sigma > 0) {
         const double variance = source.time_offset_sigma * source.time_offset_sigma;
@@ -41,11 +47,12 @@ void add_slow_states(Belief& belief, const PoseObservation& observation, const P
 
 Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observation, const PoseSource& source) {
     Linearised<3> l;
-    const Pose2 pose = belief.pose();
+    const Pose2 pose = moved(belief, observation.late);
     const double turn = 2 * std::numbers::pi / std::max(observation.like_turns, 1);
     l.residual = Eigen::Vector3d(observation.pose.x - pose.x, observation.pose.y - pose.y, std::remainder(observation.pose.yaw - pose.yaw, turn));
     l.noise = observation.covariance;
     for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Vector3d::Unit(i));
+    for (int i = 0; i < 3 && observation.late != 0; ++i) l.depends(state_vx + i, observation.late * Eigen::Vector3d::Unit(i));
     if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
         l.depends_on_slow(belief, *offset, belief.velocity());
     }

@@ -13,7 +13,11 @@ struct PoseSource {
     double calibration_memory = 1e5;  // s: over that time its pose changes
     double body_memory = 2;           // s: over that time what a robot's description leaves out errs otherwise
     double time_offset_sigma = 0;     // s; 0: its time stamps are right
+    double readout = 0;               // s from when the first row is exposed until the last one is
 };
+
+/// Where the robot is some time (s, also before) after that of the belief: what a row shows that is exposed later than its picture's middle one.
+Pose2 moved(const Belief& belief, double seconds);
 
 /// Prepares the slow states of the camera's errors: its time stamps and its pose.
 void add_slow_states(Belief& belief, const PoseSource& source);

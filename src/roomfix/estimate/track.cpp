@@ -67,7 +67,13 @@ Belief start_belief(const PlaceProposal& place, int robot, const TrackingModels&
         covariance(2, 2) = unknown_yaw_variance;
     }
     const TrackerSettings& settings = models.settings;
-    return belief_at(place.pose, covariance, settings.start_speed, settings.start_turning, models.odometry[static_cast<std::size_t>(robot)]);
+    Belief belief = belief_at(place.pose, covariance, settings.start_speed, settings.start_turning, models.odometry[static_cast<std::size_t>(robot)]);
+    for (int i = 0; i < 3 && place.late != 0; ++i) {  // it was there then, and moves as nobody knows yet
+        const double variance = belief.covariance(state_vx + i, state_vx + i);
+        belief.covariance(i, i) += place.late * place.late * variance;
+        belief.covariance(i, state_vx + i) = belief.covariance(state_vx + i, i) = -place.late * variance;
+    }
+    return belief;
 }
 
 /// What was learned about odometry and sensors goes along to a new place.
@@ -333,7 +339,7 @@ void list_places(const PoseObservation& observation, std::vector<PlaceProposal>&
     const int turns = yaw_known ? std::max(observation.like_turns, 1) : 1;
     for (int i = 0; i < turns; ++i) {
         const double yaw = wrap_angle(observation.pose.yaw + 2 * std::numbers::pi * i / turns);
-        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, yaw_known, 1});
+        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, yaw_known, 1, observation.late});
     }
 }
 

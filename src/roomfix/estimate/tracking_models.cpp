@@ -48,10 +48,12 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
         if (const auto* mount = std::get_if<Mount>(&camera.placement)) {
             OnboardSource errors = onboard_source(number, camera_on_robot(camera, *mount));
             errors.time_offset_sigma = camera.time_offset_sigma;
+            errors.readout = camera.capture.readout;
             onboard.emplace(number, errors);
         } else if (const auto view = fixed_view(camera)) {
             fixed[number].calibrated_exactly = view->calibration.isZero(0);
             fixed[number].time_offset_sigma = camera.time_offset_sigma;
+            fixed[number].readout = camera.capture.readout;
             views.emplace(number, *view);
         }
     }

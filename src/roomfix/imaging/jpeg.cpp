@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 #include <jpeglib.h>
 
+#include <algorithm>
+#include <cmath>
 #include <csetjmp>
 #include <cstdlib>
 
 #include "roomfix/imaging/load_luma.hpp"
+#include "roomfix/imaging/y4m.hpp"
 
 namespace roomfix {
 namespace {
@@ -161,30 +164,56 @@ Result<void> decode_jpeg_colour(std::span<const std::uint8_t> bytes, ColourImage
     return {};
 }
 
-std::vector<std::uint8_t> encode_jpeg(LumaView image, int quality) {
+/// Encodes rows of `components` values side by side, which `row(y)` gives; they are grey, or brightness and colours as JPEG has them.
+template <class Row>
+static std::vector<std::uint8_t> encode_rows(int width, int height, int components, int quality, const Row& row) {
     jpeg_compress_struct codec;
     jpeg_error_mgr manager;
-    codec.err = jpeg_std_error(&manager);  // memory output of a valid grey image has no error to report
+    codec.err = jpeg_std_error(&manager);  // memory output of a valid image has no error to report
     jpeg_create_compress(&codec);
     unsigned char* memory = nullptr;
     unsigned long size = 0;
     jpeg_mem_dest(&codec, &memory, &size);
-    codec.image_width = static_cast<JDIMENSION>(image.width);
-    codec.image_height = static_cast<JDIMENSION>(image.height);
-    codec.input_components = 1;
-    codec.in_color_space = JCS_GRAYSCALE;
+    codec.image_width = static_cast<JDIMENSION>(width);
+    codec.image_height = static_cast<JDIMENSION>(height);
+    codec.input_components = components;
+    codec.in_color_space = components == 1 ? JCS_GRAYSCALE : JCS_YCbCr;
     jpeg_set_defaults(&codec);
     jpeg_set_quality(&codec, quality, TRUE);
     jpeg_start_compress(&codec, TRUE);
-    for (int y = 0; y < image.height; ++y) {
-        JSAMPROW row = const_cast<JSAMPROW>(image.row(y));
-        jpeg_write_scanlines(&codec, &row, 1);
+    for (int y = 0; y < height; ++y) {
+        JSAMPROW values = const_cast<JSAMPROW>(row(y));
+        jpeg_write_scanlines(&codec, &values, 1);
     }
     jpeg_finish_compress(&codec);
     jpeg_destroy_compress(&codec);
     std::vector<std::uint8_t> bytes(memory, memory + size);
     std::free(memory);
     return bytes;
+}
+
+std::vector<std::uint8_t> encode_jpeg(LumaView image, int quality) {
+    return encode_rows(image.width, image.height, 1, quality, [&](int y) { return image.row(y); });
+}
+
+std::vector<std::uint8_t> encode_jpeg(const YuvView& picture, int quality) {
+    LumaImage luma;
+    luma_from_yuv(picture, luma);
+    if (picture.u == nullptr) return encode_jpeg(luma.view(), quality);
+    const double gain = picture.full_range ? 1 : 255.0 / 224;  // of video's colours
+    const auto full = [gain](int value) { return static_cast<std::uint8_t>(std::clamp(std::lround(128 + gain * (value - 128)), 0L, 255L)); };
+    std::vector<std::uint8_t> line(3 * static_cast<std::size_t>(picture.width));
+    return encode_rows(picture.width, picture.height, 3, quality, [&](int y) {
+        const std::ptrdiff_t row = (y >> picture.shift_y) * picture.colour_stride;
+        std::uint8_t* to = line.data();
+        for (int x = 0; x < picture.width; ++x) {
+            const std::ptrdiff_t place = row + std::ptrdiff_t{x >> picture.shift_x} * picture.colour_step;
+            *to++ = luma.row(y)[x];
+            *to++ = full(picture.u[place]);
+            *to++ = full(picture.v[place]);
+        }
+        return static_cast<const std::uint8_t*>(line.data());
+    });
 }
 
 }  // namespace roomfix

@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
+#include "roomfix/imaging/y4m.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -79,7 +81,7 @@ bool is_jpeg(std::span<const std::uint8_t> bytes) { return bytes.size() > 2 && b
 template <class Use>
 Result<void> decode_other(std::span<const std::uint8_t> bytes, const Use& use) {
     if (bytes.empty()) return Error{"the picture has no bytes"};
-    if (!known_format(bytes)) return Error{"not a picture, or one of a format that is not read: use JPEG or PNG (BMP, PGM and PPM are read too)"};
+    if (!known_format(bytes)) return Error{"not a picture, or one of a format that is not read: use JPEG or PNG (BMP, PGM, PPM and Y4M are read too)"};
     try {
         const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data()));
         const cv::Mat decoded = cv::imdecode(raw, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
@@ -112,6 +114,12 @@ Result<void> load_file(const std::filesystem::path& file, std::vector<std::uint8
 
 Result<void> decode_luma(std::span<const std::uint8_t> bytes, LumaImage& image) {
     if (is_jpeg(bytes)) return decode_jpeg_luma(bytes, image);
+    if (is_y4m(bytes)) {
+        const auto view = y4m_view(bytes);
+        if (!view) return view.error();
+        luma_from_yuv(*view, image);
+        return {};
+    }
     return decode_other(bytes, [&](const cv::Mat& decoded) { return luma_from_mat(decoded, image); });
 }
 
@@ -119,6 +127,13 @@ Result<void> decode_picture(std::span<const std::uint8_t> bytes, LumaImage& imag
     if (is_jpeg(bytes)) {
         if (auto luma = decode_jpeg_luma(bytes, image); !luma) return luma;
         return decode_jpeg_colour(bytes, colour);
+    }
+    if (is_y4m(bytes)) {
+        const auto view = y4m_view(bytes);
+        if (!view) return view.error();
+        luma_from_yuv(*view, image);
+        colour_from_yuv(*view, colour);
+        return {};
     }
     return decode_other(bytes, [&](const cv::Mat& decoded) -> Result<void> {
         if (auto luma = luma_from_mat(decoded, image); !luma) return luma;

@@ -30,6 +30,18 @@ bool JointBodies::agree(const std::vector<Outline>& outlines) {
     return agree;
 }
 
+/// Each camera shows the robot when its own rows are exposed. Together they show it in the middle of these times, the less exactly the further they are apart
+/// and the faster it moves.
+void JointBodies::set_late(const std::vector<double>& late, PoseObservation& robot) {
+    constexpr double fast = 1.0;     // m/s
+    constexpr double turning = 1.0;  // rad/s
+    if (late.empty()) return;
+    const auto [first, last] = std::minmax_element(late.begin(), late.end());
+    robot.late = 0.5 * (*first + *last);
+    const double apart = 0.5 * (*last - *first);
+    robot.covariance.diagonal() += Eigen::Vector3d(fast * fast, fast * fast, turning * turning) * (apart * apart);
+}
+
 /// Takes back outlines of one robot that contradict each other. Which of several look-alikes it is, cameras do not know.
 void JointBodies::compare_outlines(const std::vector<FixedCamera*>& cameras) const {
     std::vector<Outline> left;
@@ -104,12 +116,15 @@ JointSighting JointBodies::find(const std::vector<FixedCamera*>& cameras, const 
             for (std::size_t o = 0; o < found.size() && exact; ++o) found[o].camera->add_outline(found[o].seen);
         }
         if (exact) continue;
+        std::vector<double> late;
         for (std::size_t c = 0; c < cameras.size(); ++c) {
             if (!body.place.seen[c]) continue;
             const SilhouetteObservation drawn = observation_of(body, shape, cameras[c]->view());
             cameras[c]->replace_outline(body.robot, &drawn);
+            late.push_back(cameras[c]->late(drawn));
         }
         together.robots.push_back(poses_of({observation_of(body, shape, cameras[0]->view())}).front());
+        set_late(late, together.robots.back());
     }
     together.things = observer_.things();
     for (FixedCamera* camera : cameras) {

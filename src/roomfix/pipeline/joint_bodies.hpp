@@ -26,6 +26,7 @@ public:
 private:
     struct Outline;
     static bool agree(const std::vector<Outline>& outlines);
+    static void set_late(const std::vector<double>& late, PoseObservation& robot);
     void compare_outlines(const std::vector<FixedCamera*>& cameras) const;
     void share_exactness(const std::vector<FixedCamera*>& cameras) const;
 

@@ -15,6 +15,7 @@
 #include "roomfix/connect/ros_fix.hpp"
 #include "roomfix/connect/ros_names.hpp"
 #include "roomfix/connect/ros_type.hpp"
+#include "roomfix/imaging/y4m.hpp"
 #include "roomfix/pipeline/dead_reckoning_error.hpp"
 #include "roomfix/pipeline/odometry_poses.hpp"
 #include "roomfix/pipeline/recorded_senses.hpp"
@@ -26,11 +27,24 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t most_notes = 20;
 
-/// "jpeg" or "png"; nothing for other pictures.
+/// "jpeg" or "png", as it becomes in a message; nothing for other pictures.
 std::string picture_format(const fs::path& file) {
     const std::string ending = file.extension().string();
     if (ending == ".jpg" || ending == ".jpeg" || ending == ".JPG" || ending == ".JPEG") return "jpeg";
+    if (ending == ".y4m") return "jpeg";
     return ending == ".png" || ending == ".PNG" ? "png" : "";
+}
+
+/// A picture's file as a message can hold it.
+Result<Bytes> picture_bytes(const fs::path& file) {
+    const auto content = read_text(file);
+    if (!content) return content.error();
+    Bytes bytes(content->begin(), content->end());
+    if (!is_y4m(bytes)) return bytes;
+    constexpr int quality = 95;
+    const auto view = y4m_view(bytes);
+    if (!view) return Error{fmt::format("{}: {}", file.string(), view.error().message)};
+    return encode_jpeg(*view, quality);
 }
 
 /// The messages of a session, gathered first and then written in the order of their times.
@@ -198,9 +212,9 @@ void Export::add_picture(const SiteCamera& camera, const fs::path& file, Nanosec
         return;
     }
     add(time, "/" + word + "/image/compressed", RosType::compressed_image, [=]() -> Result<Bytes> {
-        const auto content = read_text(file);
-        if (!content) return content.error();
-        return ros::encode(ros::CompressedImage{{time, camera_frame(word)}, format, Bytes(content->begin(), content->end())});
+        auto bytes = picture_bytes(file);
+        if (!bytes) return bytes.error();
+        return ros::encode(ros::CompressedImage{{time, camera_frame(word)}, format, std::move(*bytes)});
     });
     const CameraModel* model = &camera.model;
     add(time, "/" + word + "/camera_info", RosType::camera_info, [=] { return ros::encode(ros::camera_info_message(time, camera_frame(word), *model)); });

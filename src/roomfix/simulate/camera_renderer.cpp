@@ -300,27 +300,59 @@ void CameraRenderer::find_clusters(const std::vector<Solid>& moving) const {
     }
 }
 
-void CameraRenderer::trace_cluster(const Cluster& cluster) const {
+/// Where a cluster changes the light that falls; around it, only blur does.
+CameraRenderer::Rectangle CameraRenderer::changed_by(const Cluster& cluster) const {
     const Rectangle& area = cluster.area;
-    copy_still(area);
-    const Rectangle changed{area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
-                            area.right < width_ - 1 ? area.right - blur_reach : area.right, area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
+    return {area.left > 0 ? area.left + blur_reach : 0, area.top > 0 ? area.top + blur_reach : 0,
+            area.right < width_ - 1 ? area.right - blur_reach : area.right, area.bottom < height_ - 1 ? area.bottom - blur_reach : area.bottom};
+}
+
+/// A row of grid cells, those that were found to be changed.
+void CameraRenderer::trace_cells(int row, const Rectangle& changed, MovingSolids& moving) const {
+    for (int i = changed.left / cell_size; i <= changed.right / cell_size; ++i) {
+        if (!changed_[static_cast<std::size_t>(row * across_ + i)] || !narrow(i * cell_size, row * cell_size, cell_size, moving)) continue;
+        trace_cell(i * cell_size, row * cell_size, changed, moving, traced_);
+    }
+}
+
+void CameraRenderer::trace_cluster(const Cluster& cluster) const {
+    copy_still(cluster.area);
+    const Rectangle changed = changed_by(cluster);
     MovingSolids moving = tracer_.with(cluster.solids);
     mark_changed(changed, moving);
-    for (int j = changed.top / cell_size; j <= changed.bottom / cell_size; ++j) {
-        for (int i = changed.left / cell_size; i <= changed.right / cell_size; ++i) {
-            if (!changed_[static_cast<std::size_t>(j * across_ + i)] || !narrow(i * cell_size, j * cell_size, cell_size, moving)) continue;
-            trace_cell(i * cell_size, j * cell_size, changed, moving, traced_);
-        }
-    }
-    blur(traced_, area, light_);
+    for (int j = changed.top / cell_size; j <= changed.bottom / cell_size; ++j) trace_cells(j, changed, moving);
+    blur(traced_, cluster.area, light_);
 }
 
 void CameraRenderer::render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const {
     light_ = still_blurred_;
     find_clusters(moving);
     for (const Cluster& cluster : clusters_) trace_cluster(cluster);
+    develop(gain, index, frame);
+}
 
+void CameraRenderer::render_rows(const std::function<std::vector<Solid>(double row)>& moving_at, double gain, std::uint64_t index, LumaImage& frame) const {
+    traced_ = still_;
+    for (int row = 0; row < down_; ++row) {
+        const int top = row * cell_size, bottom = top + cell_size - 1;
+        find_clusters(moving_at(0.5 * (top + bottom)));
+        for (const Cluster& cluster : clusters_) {
+            const Rectangle changed = changed_by(cluster);
+            // A cell changes with its neighbours.
+            const Rectangle around{changed.left, std::max(changed.top, top - cell_size), changed.right, std::min(changed.bottom, bottom + cell_size)};
+            if (around.top > around.bottom) continue;
+            MovingSolids moving = tracer_.with(cluster.solids);
+            mark_changed(around, moving);
+            trace_cells(row, changed, moving);
+        }
+    }
+    light_.resize(still_.size());
+    blur(traced_, {0, 0, width_ - 1, height_ - 1}, light_);
+    develop(gain, index, frame);
+}
+
+/// What the sensor makes of the light.
+void CameraRenderer::develop(double gain, std::uint64_t index, LumaImage& frame) const {
     frame.resize(width_, height_);
     Random random(mix64(seed_ * 0x2545f4914f6cdd1dULL + index));
     const double phase = random.uniform(0, 2 * std::numbers::pi);

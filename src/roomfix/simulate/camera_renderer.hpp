@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "roomfix/geometry/view.hpp"
@@ -23,6 +24,8 @@ public:
     /// The frame with `moving` in the scene, its light multiplied by `gain`. `index` picks the noise: the same index
     /// gives the same bytes.
     void render(const std::vector<Solid>& moving, double gain, std::uint64_t index, LumaImage& frame) const;
+    /// The same where rows are exposed one after another: `moving_at` says what is in the scene when a row is. Four rows are exposed at once.
+    void render_rows(const std::function<std::vector<Solid>(double row)>& moving_at, double gain, std::uint64_t index, LumaImage& frame) const;
 
 private:
     struct Rectangle {
@@ -34,7 +37,10 @@ private:
     };
     Rectangle reach(const Solid& s) const;
     void find_clusters(const std::vector<Solid>& moving) const;
+    Rectangle changed_by(const Cluster& cluster) const;
+    void trace_cells(int row, const Rectangle& changed, MovingSolids& moving) const;
     void trace_cluster(const Cluster& cluster) const;
+    void develop(double gain, std::uint64_t index, LumaImage& frame) const;
     /// Narrows `moving` to what matters to the square of `size` pixels below and right of (x, y). False where a grid cell looks as without it.
     bool narrow(int x, int y, int size, MovingSolids& moving) const;
     /// What the ray through a grid cell's middle meets, and which lamps reach that.

@@ -78,58 +78,73 @@ CeilingRenderer::CeilingRenderer(const CameraModel& model, const SensorModel& se
     light_.resize(static_cast<std::size_t>(width_ * height_));
 }
 
-void CeilingRenderer::trace(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera) {
+void CeilingRenderer::trace(const CeilingScene& scene, const RowPoses& map_from_camera) {
     const std::vector<PlacedPatch> patches(scene.patches.begin(), scene.patches.end());
-    const Eigen::Matrix3f rotation = map_from_camera.linear().cast<float>();
-    const Eigen::Vector3f origin = map_from_camera.translation().cast<float>();
-    const float rise = static_cast<float>(scene.height) - origin.z();
     if (scene.patches.empty() && scene.tile_light == 0 && scene.rail_light == 0) {
         std::fill(light_.begin(), light_.end(), 0.0f);
         return;
     }
-    for (std::size_t p = 0; p < light_.size(); ++p) {
-        float sum = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
-            const Eigen::Vector3f d = rotation * rays_[4 * p + i];
-            if (d.z() < 0.05f) continue;  // walls are dark
-            const Eigen::Vector2f place = origin.head<2>() + d.head<2>() * (rise / d.z());
-            sum += surface_light(scene, patches, place);
+    std::size_t p = 0;
+    for (int y = 0; y < height_; ++y) {
+        const Eigen::Matrix3f rotation = map_from_camera.of(y).linear().cast<float>();
+        const Eigen::Vector3f origin = map_from_camera.of(y).translation().cast<float>();
+        const float rise = static_cast<float>(scene.height) - origin.z();
+        for (int x = 0; x < width_; ++x, ++p) {
+            float sum = 0;
+            for (std::size_t i = 0; i < 4; ++i) {
+                const Eigen::Vector3f d = rotation * rays_[4 * p + i];
+                if (d.z() < 0.05f) continue;  // walls are dark
+                const Eigen::Vector2f place = origin.head<2>() + d.head<2>() * (rise / d.z());
+                sum += surface_light(scene, patches, place);
+            }
+            light_[p] = sum / 4;
         }
-        light_[p] = sum / 4;
+    }
+}
+
+/// One of the points of a disc, where each row shows it.
+void CeilingRenderer::add_point(const CeilingDisc& disc, const Eigen::Vector3d& point, const RowPoses& map_from_camera) {
+    const double scale = 1 / (sensor_.model().blur * std::numbers::sqrt2);
+    const auto part = [&](double low) {  // of a point's light that falls on the pixel from `low` to `low` + 1
+        return 0.5 * (std::erf((low + 1) * scale) - std::erf(low * scale));
+    };
+    View view{model_, {map_from_camera.of(height_ / 2), Matrix6d::Zero()}};
+    ViewJacobian jacobian;
+    const auto seen_by = [&](int row) {
+        view.map_from_camera.pose = map_from_camera.of(row);
+        return project_map_point(view, point, &jacobian);
+    };
+    auto pixel = seen_by(height_ / 2);
+    // It is shown by the rows that are exposed while it is there.
+    for (int i = 0; i < 3 && pixel && !map_from_camera.all_at_once(); ++i) pixel = seen_by(static_cast<int>(std::lround(pixel->y())));
+    if (!pixel || !model_.contains(*pixel, -20)) return;
+    const int reach = static_cast<int>(std::ceil(5 * sensor_.model().blur)) + 1;
+    const int middle_x = static_cast<int>(std::lround(pixel->x()));
+    const int middle_y = static_cast<int>(std::lround(pixel->y()));
+    for (int y = std::max(middle_y - reach, 0); y <= std::min(middle_y + reach, height_ - 1); ++y) {
+        if (!map_from_camera.all_at_once()) pixel = seen_by(y);
+        if (!pixel) continue;
+        const double area = std::abs(jacobian.by_point.leftCols<2>().determinant()) * std::numbers::pi * disc.radius * disc.radius / disc_points;
+        const double row = area * static_cast<double>(disc.light) * part(y - 0.5 - pixel->y());
+        for (int x = std::max(middle_x - reach, 0); x <= std::min(middle_x + reach, width_ - 1); ++x) {
+            light_[static_cast<std::size_t>(y * width_ + x)] += static_cast<float>(row * part(x - 0.5 - pixel->x()));
+        }
     }
 }
 
 /// Discs smaller than a pixel: each of their points is blurred first and integrated over the pixels then, as light is.
-void CeilingRenderer::add_discs(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera) {
-    const View view{model_, {map_from_camera, Matrix6d::Zero()}};
-    const auto part = [&](double low) {  // of a point's light that falls on the pixel from `low` to `low` + 1
-        const double scale = 1 / (sensor_.model().blur * std::numbers::sqrt2);
-        return 0.5 * (std::erf((low + 1) * scale) - std::erf(low * scale));
-    };
-    const int reach = static_cast<int>(std::ceil(5 * sensor_.model().blur)) + 1;
+void CeilingRenderer::add_discs(const CeilingScene& scene, const RowPoses& map_from_camera) {
     for (const CeilingDisc& disc : scene.discs) {
         for (int i = 0; i < disc_points; ++i) {
             // A sunflower's seeds cover the disc evenly.
             const double radius = disc.radius * std::sqrt((i + 0.5) / disc_points);
             const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-            ViewJacobian jacobian;
-            const Eigen::Vector3d point(disc.centre.x() + radius * std::cos(angle), disc.centre.y() + radius * std::sin(angle), scene.height);
-            const auto pixel = project_map_point(view, point, &jacobian);
-            if (!pixel || !model_.contains(*pixel, -20)) continue;
-            const double area = std::abs(jacobian.by_point.leftCols<2>().determinant()) * std::numbers::pi * disc.radius * disc.radius / disc_points;
-            const int middle_x = static_cast<int>(std::lround(pixel->x()));
-            const int middle_y = static_cast<int>(std::lround(pixel->y()));
-            for (int y = std::max(middle_y - reach, 0); y <= std::min(middle_y + reach, height_ - 1); ++y) {
-                const double row = area * static_cast<double>(disc.light) * part(y - 0.5 - pixel->y());
-                for (int x = std::max(middle_x - reach, 0); x <= std::min(middle_x + reach, width_ - 1); ++x) {
-                    light_[static_cast<std::size_t>(y * width_ + x)] += static_cast<float>(row * part(x - 0.5 - pixel->x()));
-                }
-            }
+            add_point(disc, {disc.centre.x() + radius * std::cos(angle), disc.centre.y() + radius * std::sin(angle), scene.height}, map_from_camera);
         }
     }
 }
 
-const std::vector<float>& CeilingRenderer::expose(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera, double gain) {
+const std::vector<float>& CeilingRenderer::expose(const CeilingScene& scene, const RowPoses& map_from_camera, double gain) {
     trace(scene, map_from_camera);
     sensor_.blur(light_);
     add_discs(scene, map_from_camera);
@@ -138,7 +153,7 @@ const std::vector<float>& CeilingRenderer::expose(const CeilingScene& scene, con
     return light_;
 }
 
-void CeilingRenderer::render(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera, double gain, std::uint64_t index, LumaImage& frame) {
+void CeilingRenderer::render(const CeilingScene& scene, const RowPoses& map_from_camera, double gain, std::uint64_t index, LumaImage& frame) {
     sensor_.take(expose(scene, map_from_camera, gain), index, frame);
 }
 

@@ -8,6 +8,7 @@
 
 #include "roomfix/ceiling/floor_fit.hpp"
 #include "roomfix/imaging/luma.hpp"
+#include "roomfix/simulate/row_poses.hpp"
 #include "roomfix/simulate/sensor.hpp"
 #include "roomfix/site/site.hpp"
 
@@ -55,14 +56,15 @@ public:
     CeilingRenderer(const CameraModel& model, const SensorModel& sensor, const GlareModel& glare, std::uint64_t seed);
 
     /// The frame that a camera at `map_from_camera` takes. `index` picks the noise: the same index gives the same bytes.
-    void render(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera, double gain, std::uint64_t index, LumaImage& frame);
+    void render(const CeilingScene& scene, const RowPoses& map_from_camera, double gain, std::uint64_t index, LumaImage& frame);
 
     /// The same without noise and rounding, grey levels row by row; above 255 where the sensor saturates.
-    const std::vector<float>& expose(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera, double gain);
+    const std::vector<float>& expose(const CeilingScene& scene, const RowPoses& map_from_camera, double gain);
 
 private:
-    void trace(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera);
-    void add_discs(const CeilingScene& scene, const Eigen::Isometry3d& map_from_camera);
+    void trace(const CeilingScene& scene, const RowPoses& map_from_camera);
+    void add_discs(const CeilingScene& scene, const RowPoses& map_from_camera);
+    void add_point(const CeilingDisc& disc, const Eigen::Vector3d& point, const RowPoses& map_from_camera);
 
     CameraModel model_;
     Sensor sensor_;

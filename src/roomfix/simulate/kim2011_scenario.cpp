@@ -61,6 +61,18 @@ Scenario room(const char* name, std::uint64_t seed, double tilt) {
     return scenario;
 }
 
+/// Wheels that report, and err as usual. Returns the random numbers that come next.
+Random give_wheels(ScenarioRobot& robot, std::uint64_t seed) {
+    WheelOdometry odometry;
+    odometry.source = "odometry.csv";
+    robot.robot.drive = Drive::differential;
+    robot.robot.odometry = odometry;
+    Random random(seed ^ 0x0d0);
+    robot.wheels.scale = random.normal(odometry.scale_sigma);
+    robot.wheels.drift = random.normal(odometry.drift_sigma);
+    return random;
+}
+
 }  // namespace
 
 Scenario kim2011_scenario(std::uint64_t seed, double tilt) {
@@ -80,18 +92,28 @@ Scenario kim2011_spin_scenario(std::uint64_t seed, double tilt) {
     return scenario;
 }
 
+Scenario kim2011_fast_scenario(std::uint64_t seed) {
+    Scenario scenario = room("kim2011-fast", seed, 0);
+    ScenarioRobot& robot = scenario.robots[0];
+    constexpr int points = 48;
+    constexpr double radius = 0.75;  // m: 1.6 rad/s
+    for (int i = 0; i < points; ++i) {
+        const double angle = 2 * std::numbers::pi * i / points;
+        robot.path.emplace_back(landmark_place.x() + 0.2 + radius * std::cos(angle), landmark_place.y() + radius * std::sin(angle));
+    }
+    robot.speed = 1.2;
+    (void)give_wheels(robot, seed);
+    scenario.site.robots = {robot.robot};
+    scenario.duration = 10;
+    return scenario;
+}
+
 Scenario kim2011_drive_scenario(std::uint64_t seed, double tilt) {
     Scenario scenario = room("kim2011-drive", seed, tilt);
     ScenarioRobot& robot = scenario.robots[0];
     robot.path = {{0.3, 0.8}, {1.8, 0.8}, {1.8, 1.8}, {1.05, 1.3}, {0.3, 1.8}};
     robot.speed = 0.25;
-    WheelOdometry odometry;
-    odometry.source = "odometry.csv";
-    robot.robot.drive = Drive::differential;
-    robot.robot.odometry = odometry;
-    Random random(seed ^ 0x0d0);
-    robot.wheels.scale = random.normal(odometry.scale_sigma);
-    robot.wheels.drift = random.normal(odometry.drift_sigma);
+    Random random = give_wheels(robot, seed);
     scenario.site.robots = {robot.robot};
     Eigen::Isometry3d& mount = scenario.up_cameras[0].truth.robot_from_camera.pose;  // set by eye
     mount.linear() = Eigen::AngleAxisd(random.normal(radians(1)), Eigen::Vector3d::UnitZ()).toRotationMatrix() * mount.linear();

@@ -253,17 +253,23 @@ RoomRenderer::RoomRenderer(const CameraModel& model, const SensorModel& sensor, 
     light_.resize(static_cast<std::size_t>(width_ * height_));
 }
 
-const std::vector<float>& RoomRenderer::expose(const RoomScene& scene, const Eigen::Isometry3d& map_from_camera, double gain) {
+const std::vector<float>& RoomRenderer::expose(const RoomScene& scene, const RowPoses& map_from_camera, double gain) {
     const Tracer tracer(scene);
-    const Eigen::Matrix3f rotation = map_from_camera.linear().cast<float>();
-    const Vector3f origin = map_from_camera.translation().cast<float>();
+    Eigen::Matrix3f rotation;
+    Vector3f origin;
+    const auto go_to = [&](int row) {
+        rotation = map_from_camera.of(row).linear().cast<float>();
+        origin = map_from_camera.of(row).translation().cast<float>();
+    };
     for (std::size_t i = 0; i < rays_.corners().size(); ++i) {
+        if (i % rays_.stride() == 0) go_to(static_cast<int>(i / rays_.stride()));
         const Vector3f& ray = rays_.corners()[i];
         corner_light_[i] = 0;
         corner_surface_[i] = 0;
         if (ray.z() > 0) corner_light_[i] = tracer.light(origin, (rotation * ray).normalized(), corner_surface_[i]);
     }
     for (int y = 0; y < height_; ++y) {
+        go_to(y);
         for (int x = 0; x < width_; ++x) {
             const std::size_t top = rays_.corner(x, y), bottom = top + rays_.stride();
             float& light = light_[static_cast<std::size_t>(y * width_ + x)];
@@ -289,7 +295,7 @@ const std::vector<float>& RoomRenderer::expose(const RoomScene& scene, const Eig
     return light_;
 }
 
-void RoomRenderer::render(const RoomScene& scene, const Eigen::Isometry3d& map_from_camera, double gain, std::uint64_t index, LumaImage& frame) {
+void RoomRenderer::render(const RoomScene& scene, const RowPoses& map_from_camera, double gain, std::uint64_t index, LumaImage& frame) {
     sensor_.take(expose(scene, map_from_camera, gain), index, frame);
 }
 

@@ -10,6 +10,7 @@
 #include "roomfix/geometry/camera_model.hpp"
 #include "roomfix/imaging/luma.hpp"
 #include "roomfix/simulate/pixel_rays.hpp"
+#include "roomfix/simulate/row_poses.hpp"
 #include "roomfix/simulate/sensor.hpp"
 
 namespace roomfix {
@@ -77,10 +78,10 @@ public:
     RoomRenderer(const CameraModel& model, const SensorModel& sensor, const GlareModel& glare, std::uint64_t seed);
 
     /// The frame that a camera at `map_from_camera`, inside the room, takes. `index` picks the noise: the same index gives the same bytes.
-    void render(const RoomScene& scene, const Eigen::Isometry3d& map_from_camera, double gain, std::uint64_t index, LumaImage& frame);
+    void render(const RoomScene& scene, const RowPoses& map_from_camera, double gain, std::uint64_t index, LumaImage& frame);
 
     /// The same without noise and rounding, grey levels row by row.
-    const std::vector<float>& expose(const RoomScene& scene, const Eigen::Isometry3d& map_from_camera, double gain);
+    const std::vector<float>& expose(const RoomScene& scene, const RowPoses& map_from_camera, double gain);
 
 private:
     Sensor sensor_;

@@ -10,17 +10,31 @@
 
 namespace roomfix {
 
-std::vector<std::string> scenario_names() { return {"li2014", "kim2011", "kim2011-spin", "kim2011-drive", "chou1986", "chou1986-cluttered", "demo"}; }
+std::vector<std::string> scenario_names() {
+    return {"li2014", "kim2011", "kim2011-spin", "kim2011-drive", "kim2011-fast", "chou1986", "chou1986-cluttered", "demo"};
+}
 
 Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
     if (name == "li2014") return li2014_scenario(seed);
     if (name == "kim2011") return kim2011_scenario(seed);
     if (name == "kim2011-spin") return kim2011_spin_scenario(seed, radians(0.5));
     if (name == "kim2011-drive") return kim2011_drive_scenario(seed, radians(0.5));
+    if (name == "kim2011-fast") return kim2011_fast_scenario(seed);
     if (name == "chou1986") return chou1986_scenario(seed);
     if (name == "chou1986-cluttered") return chou1986_scenario(seed, true);
     if (name == "demo") return demo_scenario(seed);
     return Error{fmt::format("there is no scenario '{}': choose one of {}", name, fmt::join(scenario_names(), ", "))};
+}
+
+void roll_shutters(Scenario& scenario, double readout) {
+    for (ScenarioCamera& camera : scenario.cameras) camera.sensor.readout = readout;
+    for (ScenarioUpCamera& camera : scenario.up_cameras) camera.sensor.readout = readout;
+    for (ScenarioEye& eye : scenario.eyes) eye.sensor.readout = readout;
+    for (SiteCamera& camera : scenario.site.cameras) camera.capture.readout = readout;
+}
+
+void drive_at(Scenario& scenario, double speed) {
+    for (ScenarioRobot& robot : scenario.robots) robot.speed = speed;
 }
 
 Pose2 robot_pose(const ScenarioRobot& robot, double time) {

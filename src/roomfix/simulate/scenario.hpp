@@ -80,6 +80,11 @@ struct Scenario {
     double duration = 60;
 };
 
+/// Every camera exposes its rows one after another, `readout` s from the first to the last, and the site file says so.
+void roll_shutters(Scenario& scenario, double readout);
+/// Every robot that drives does so at this speed (m/s).
+void drive_at(Scenario& scenario, double speed);
+
 /// Names of all scenarios.
 std::vector<std::string> scenario_names();
 Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed);
@@ -98,6 +103,8 @@ Scenario kim2011_scenario(std::uint64_t seed, double tilt = 0);
 Scenario kim2011_spin_scenario(std::uint64_t seed, double tilt = 0);
 /// The same room; the robot drives around under the landmark, and its wheels report.
 Scenario kim2011_drive_scenario(std::uint64_t seed, double tilt = 0);
+/// The same room; the robot drives in circles at 1.2 m/s, its wheels report, and its mount is known exactly.
+Scenario kim2011_fast_scenario(std::uint64_t seed);
 /// The paper's reference positions and the errors printed for them, Table 1, m.
 struct Kim2011Position {
     Eigen::Vector2d place;

@@ -1,5 +1,7 @@
 #include "roomfix/simulate/scenario_renderer.hpp"
 
+#include "roomfix/geometry/row_time.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -36,24 +38,47 @@ ScenarioRenderer::ScenarioRenderer(const Scenario& scenario, std::size_t camera,
     if (renderer_.index() > 1) number_ -= scenario.up_cameras.size();
 }
 
+/// What fixed cameras see move at a time.
+std::vector<Solid> ScenarioRenderer::solids_at(double time) const {
+    std::vector<Solid> solids;
+    for (const auto* group : {&scenario_.robots, &scenario_.others}) {
+        for (const ScenarioRobot& robot : *group) {
+            if (time >= robot.until) continue;
+            const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
+            solids.insert(solids.end(), parts.begin(), parts.end());
+        }
+    }
+    return solids;
+}
+
+/// Where a camera on a robot is while the rows of its picture are exposed: one pose, or one of each row.
+template <class PoseAt>
+std::vector<Eigen::Isometry3d> poses_of_rows(double time, double readout, int rows, const PoseAt& pose_at) {
+    if (!(readout > 0)) return {pose_at(time)};
+    std::vector<Eigen::Isometry3d> poses;
+    for (int row = 0; row < rows; ++row) poses.push_back(pose_at(time + row_time(readout, rows, row)));
+    return poses;
+}
+
 void ScenarioRenderer::render(double time, std::uint64_t index, LumaImage& frame) {
     if (const auto* fixed = std::get_if<CameraRenderer>(&renderer_)) {
-        std::vector<Solid> solids;
-        for (const auto* group : {&scenario_.robots, &scenario_.others}) {
-            for (const ScenarioRobot& robot : *group) {
-                if (time >= robot.until) continue;
-                const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
-                solids.insert(solids.end(), parts.begin(), parts.end());
-            }
-        }
-        fixed->render(solids, light_at(time, seed_ + number_), index, frame);
+        const ScenarioCamera& camera = scenario_.cameras[number_];
+        const double light = light_at(time, seed_ + number_);
+        const double readout = camera.sensor.readout;
+        if (!(readout > 0)) return fixed->render(solids_at(time), light, index, frame);
+        const int rows = camera.truth.model.height;
+        fixed->render_rows([&](double row) { return solids_at(time + row_time(readout, rows, row)); }, light, index, frame);
     } else if (auto* up = std::get_if<CeilingRenderer>(&renderer_)) {
         const ScenarioUpCamera& camera = scenario_.up_cameras[number_];
-        const Eigen::Isometry3d map_from_camera = map_from_robot(robot_pose(scenario_.robots[camera.robot], time)) * camera.truth.robot_from_camera.pose;
-        up->render(scenario_.ceiling, map_from_camera, light_at(time, seed_ + 50 + number_), index, frame);
+        const auto poses = poses_of_rows(time, camera.sensor.readout, camera.truth.model.height, [&](double at) -> Eigen::Isometry3d {
+            return map_from_robot(robot_pose(scenario_.robots[camera.robot], at)) * camera.truth.robot_from_camera.pose;
+        });
+        up->render(scenario_.ceiling, RowPoses(poses), light_at(time, seed_ + 50 + number_), index, frame);
     } else {
-        const Eigen::Isometry3d map_from_camera = eye_pose(scenario_, scenario_.eyes[number_], time);
-        std::get<RoomRenderer>(renderer_).render(scenario_.room, map_from_camera, light_at(time, seed_ + 80 + number_), index, frame);
+        const ScenarioEye& eye = scenario_.eyes[number_];
+        const double readout = eye.stops.empty() ? eye.sensor.readout : 0;  // a tripod stands still
+        const auto poses = poses_of_rows(time, readout, eye.truth.model.height, [&](double at) { return eye_pose(scenario_, eye, at); });
+        std::get<RoomRenderer>(renderer_).render(scenario_.room, RowPoses(poses), light_at(time, seed_ + 80 + number_), index, frame);
     }
 }
 

@@ -27,6 +27,8 @@ public:
     void render_empty(std::uint64_t index, LumaImage& frame);
 
 private:
+    std::vector<Solid> solids_at(double time) const;
+
     const Scenario& scenario_;
     std::size_t number_;  // among the cameras of its kind
     std::uint64_t seed_;

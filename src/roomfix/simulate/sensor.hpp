@@ -20,6 +20,7 @@ struct SensorModel {
     double read_noise = 1.2;   // grey levels
     double shot_noise = 0.12;  // grey levels^2 per grey level
     double flicker = 0.01;     // relative; mains hum across the rows of a rolling shutter
+    double readout = 0;        // s from when the first row is exposed until the last one is; the picture's time is that of the middle row
 };
 
 /// Light that the lens and the sensor's cover scatter around everything bright.

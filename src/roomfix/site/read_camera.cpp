@@ -148,10 +148,13 @@ void read_lens(YamlReader& reader, const YAML::Node& node, const std::filesystem
     camera.intrinsics_covariance.topLeftCorner(count, count) = p;
 }
 
+constexpr double longest_readout = 0.2;  // s: more is a slip, such as milliseconds
+
 /// How the camera takes its pictures.
 CaptureSettings read_capture(YamlReader& reader, const YAML::Node& node, const std::string& what) {
     CaptureSettings capture;
     capture.delay = reader.number(node["delay"], what + ".delay", 0, 10);
+    capture.readout = reader.number(node["readout"], what + ".readout", 0, longest_readout).value_or(0);
     const YAML::Node settings = node["capture"];
     if (!settings.IsDefined() || !reader.map(settings, what + ".capture", {"rate", "exposure", "gain", "white_balance"})) return capture;
     capture.rate = reader.number(settings["rate"], what + ".capture.rate", 0.1, 1000);
@@ -173,7 +176,7 @@ void read_camera(YamlReader& reader, const std::string& id, const YAML::Node& no
     const std::string what = "cameras." + id;
     if (!reader.map(node, what,
                     {"source", "size", "intrinsics", "distortion", "distortion_model", "lens_grid", "pose", "floor_points", "floor_points_sigma", "mount",
-                     "height", "height_sigma", "robot", "background", "time_offset_sigma", "delay", "capture"})) {
+                     "height", "height_sigma", "robot", "background", "time_offset_sigma", "delay", "readout", "capture"})) {
         return;
     }
     SiteCamera camera;

@@ -55,6 +55,7 @@ struct PlacementText {
 
 std::string capture_text(const CaptureSettings& capture) {
     std::string text, settings;
+    if (capture.readout > 0) text += "    readout: " + number_text(capture.readout) + "\n";
     if (capture.delay) text += "    delay: " + number_text(*capture.delay) + "\n";
     const auto add = [&](const char* key, const std::optional<double>& value) {
         if (value) settings += (settings.empty() ? "" : ", ") + (key + (": " + number_text(*value)));

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "roomfix/geometry/row_time.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -27,6 +29,8 @@ bool looks_for_corners(const Site& site, const SiteCamera& camera) {
 CornerCamera::CornerCamera(const Site& site, const SiteCamera& camera, const CornerLocator& locator)
     : site_(site),
       on_robot_(std::holds_alternative<Mount>(camera.placement)),
+      readout_(camera.capture.readout),
+      rows_(camera.model.height),
       locator_(locator),
       observer_(camera.model, locator.wall_angles(), settings_for(camera)) {}
 
@@ -63,6 +67,11 @@ void CornerCamera::locate(const CameraHints& hints) {
     if (located_.places.empty() && located_.reason.empty()) located_.reason = seen_.reason;
 }
 
+/// How much later than the frame's time the corner of a place was exposed, s.
+double CornerCamera::late(const CameraPlace& place) const {
+    return row_time(readout_, rows_, static_cast<double>(seen_.corners[static_cast<std::size_t>(place.observation)].pixel.y()));
+}
+
 Sighting CornerCamera::sighting() const {
     Sighting sighting;
     sighting.reason = located_.reason;
@@ -73,11 +82,12 @@ Sighting CornerCamera::sighting() const {
     if (on_robot_) {
         sighting.corners.emplace(CornerSighting{robot(), seen_.corners, {}});
         for (const CameraPlace& place : located_.places) {
-            sighting.corners->proposals.push_back({place.pose, place.covariance, place.yaw_known, place.weight});
+            sighting.corners->proposals.push_back({place.pose, place.covariance, place.yaw_known, place.weight, late(place)});
         }
     } else if (located_.best_corner >= likely) {
         // A camera of which only the height is known stands where the robot stands.
         sighting.poses.push_back({robot(), best.pose, best.yaw_known, best.covariance});
+        sighting.poses.back().late = late(best);
     }
     return sighting;
 }

@@ -40,9 +40,12 @@ private:
     CornerCamera(const Site& site, const SiteCamera& camera, const CornerLocator& locator);
     CameraHints hints_for(const FrameHints& hints) const;
     void locate(const CameraHints& hints);
+    double late(const CameraPlace& place) const;
 
     Site site_;
     bool on_robot_;
+    double readout_;  // s
+    int rows_;        // of its pictures
     CornerLocator locator_;
     CornerObserver observer_;
     // Of the last frame:

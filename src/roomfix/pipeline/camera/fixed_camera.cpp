@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/geometry/row_time.hpp"
+
 namespace roomfix {
 
-FixedCamera::FixedCamera(const Site& site, const SiteCamera& camera, const View& view) : id_(camera.id), robots_(site.robots), observer_(view, site.robots) {
+FixedCamera::FixedCamera(const Site& site, const SiteCamera& camera, const View& view)
+    : id_(camera.id), readout_(camera.capture.readout), robots_(site.robots), observer_(view, site.robots) {
     observer_.set_walls(site.walls);
     if (std::any_of(robots_.begin(), robots_.end(), [](const SiteRobot& r) { return r.tag.has_value(); })) detector_.emplace(site.tag_families());
 }
@@ -23,9 +26,14 @@ void FixedCamera::look(const PictureView& frame, const FrameHints& hints) {
     observer_.set_expected(hints.robots);
     observer_.look_for_bodies(hints.bodies);
     observer_.observe(frame, result_);
-    poses_ = poses_of(result_.observations);
+    poses_.clear();
+    for (const SilhouetteObservation& seen : result_.observations) poses_.push_back(pose_of(seen));
     // The tracker knows what is no robot as one more kind of target behind the robots.
-    for (const BodyPlace& thing : result_.things) poses_.push_back({static_cast<int>(robots_.size()), thing.pose, false, thing.covariance});
+    constexpr double half_a_person = 0.85;  // m
+    for (const BodyPlace& thing : result_.things) {
+        poses_.push_back({static_cast<int>(robots_.size()), thing.pose, false, thing.covariance});
+        if (const auto middle = project_map_point(view(), {thing.pose.x, thing.pose.y, half_a_person})) poses_.back().late = row_late(middle->y());
+    }
     tagged_.clear();
     if (detector_) tagged_ = find_tagged_robots(view(), robots_, *detector_, frame.grey);
     // A tag says more than an outline: it names the robot and its front.
@@ -39,7 +47,12 @@ Sighting FixedCamera::sighting() const {
     sighting.reason = result_.reason;
     for (const TaggedRobot& tagged : tagged_) {
         TagSighting& tag = sighting.tags.emplace_back(TagSighting{tagged.robot, {}, {{tagged.fit.pose, tagged.fit.covariance, true, 1}}});
-        for (const Eigen::Vector2d& corner : tagged.corners) tag.corners.push_back({corner, tagged.sigma * tagged.sigma * Eigen::Matrix2d::Identity()});
+        double row = 0;
+        for (const Eigen::Vector2d& corner : tagged.corners) {
+            tag.corners.push_back({corner, tagged.sigma * tagged.sigma * Eigen::Matrix2d::Identity()});
+            row += 0.25 * corner.y();
+        }
+        tag.proposals.front().late = row_late(row);
         sighting.robots.push_back({tagged.robot, tagged.fit.pose, true, tagged.fit.covariance, {}, {}});
     }
     for (const SilhouetteObservation& o : result_.observations) {
@@ -78,6 +91,24 @@ bool FixedCamera::sees_tag_of(int robot) const {
     return std::any_of(tagged_.begin(), tagged_.end(), [&](const TaggedRobot& t) { return t.robot == robot; });
 }
 
+double FixedCamera::row_late(double row) const {
+    const int rows = view().model.height;
+    return row_time(readout_, rows, std::clamp(row, 0.0, rows - 1.0));
+}
+
+double FixedCamera::late(const SilhouetteObservation& seen) const {
+    if (seen.outline.empty()) return 0;
+    const auto higher = [](const Eigen::Vector2f& a, const Eigen::Vector2f& b) { return a.y() < b.y(); };
+    const auto [top, bottom] = std::minmax_element(seen.outline.begin(), seen.outline.end(), higher);
+    return 0.5 * (row_late(static_cast<double>(top->y())) + row_late(static_cast<double>(bottom->y())));
+}
+
+PoseObservation FixedCamera::pose_of(const SilhouetteObservation& seen) const {
+    PoseObservation pose = poses_of({seen}).front();
+    pose.late = late(seen);
+    return pose;
+}
+
 void FixedCamera::replace_outline(int robot, const SilhouetteObservation* seen) {
     std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == robot; });
     std::erase_if(result_.observations, [&](const SilhouetteObservation& o) { return o.robot == robot; });
@@ -86,7 +117,7 @@ void FixedCamera::replace_outline(int robot, const SilhouetteObservation* seen) 
 
 void FixedCamera::add_outline(const SilhouetteObservation& outline) {
     result_.observations.push_back(outline);
-    poses_.push_back(poses_of({outline}).front());
+    poses_.push_back(pose_of(outline));
 }
 
 }  // namespace roomfix

@@ -34,6 +34,8 @@ public:
     const Evidence& evidence() const { return observer_.evidence(); }
     const std::vector<SilhouetteObservation>& outlines() const { return result_.observations; }
     bool sees_tag_of(int robot) const;
+    /// How much later than the frame's time the middle row of a robot was exposed, s.
+    double late(const SilhouetteObservation& seen) const;
     /// The exact outline of a robot that was found by its body.
     std::optional<SilhouetteObservation> outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
         return observer_.outline_at(frame, sighting, standing);
@@ -49,7 +51,11 @@ public:
 private:
     FixedCamera(const Site& site, const SiteCamera& camera, const View& view);
 
+    PoseObservation pose_of(const SilhouetteObservation& seen) const;
+    double row_late(double row) const;
+
     std::string id_;
+    double readout_;  // s
     std::vector<SiteRobot> robots_;
     OverheadObserver observer_;
     std::optional<TagDetector> detector_;  // where robots wear tags

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "roomfix/ceiling/lamps.hpp"
+#include "roomfix/geometry/row_time.hpp"
 #include "roomfix/ranging/trilateration.hpp"
 
 namespace roomfix {
@@ -40,6 +41,8 @@ Result<LandmarkCamera> LandmarkCamera::create(const Site& site, const SiteCamera
 LandmarkCamera::LandmarkCamera(const Site& site, const SiteCamera& camera, int robot, const Mount& mount)
     : site_(site),
       robot_(robot),
+      readout_(camera.capture.readout),
+      rows_(camera.model.height),
       observer_(camera_on_robot(camera, mount), mount.has_covariance, site.landmarks),
       shapes_(landmark_shapes(site.landmarks)),
       locator_(site, robot, camera_on_robot(camera, mount)) {
@@ -76,6 +79,18 @@ void LandmarkCamera::look(const PictureView& frame, const FrameHints& hints) {
     if (located_.places.empty() && !seen_.reason.empty()) located_.reason = seen_.reason;
 }
 
+/// How much later than the frame's time its landmarks were exposed, s.
+double LandmarkCamera::late() const {
+    double rows = 0, points = 0;
+    for (const LandmarkObservation& landmark : seen_.landmarks) {
+        for (const PointSighting& point : landmark.points) {
+            rows += point.pixel.y();
+            ++points;
+        }
+    }
+    return points > 0 ? row_time(readout_, rows_, rows / points) : 0;
+}
+
 Sighting LandmarkCamera::sighting() const {
     Sighting sighting;
     sighting.reason = located_.reason;
@@ -85,7 +100,7 @@ Sighting LandmarkCamera::sighting() const {
     sighting.landmarks.emplace(LandmarkSighting{robot_, seen_.landmarks, {}});
     for (const RobotPlace& place : located_.places) {
         seen.hypotheses.push_back({place.pose, place.weight});
-        sighting.landmarks->proposals.push_back({place.pose, place.covariance, place.yaw_known, place.weight});
+        sighting.landmarks->proposals.push_back({place.pose, place.covariance, place.yaw_known, place.weight, late()});
     }
     return sighting;
 }

@@ -39,9 +39,12 @@ private:
     LandmarkCamera(const Site& site, const SiteCamera& camera, int robot, const Mount& mount);
     void add_tags(LumaView frame);
     std::string name_of(std::size_t observation) const;
+    double late() const;
 
     Site site_;
     int robot_;
+    double readout_;  // s
+    int rows_;        // of its pictures
     CeilingObserver observer_;
     std::optional<TagDetector> detector_;
     std::vector<LandmarkShape> shapes_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/geometry/row_time.hpp"
 #include "roomfix/geometry/seen_from_above.hpp"
 #include "roomfix/imaging/tag_refiner.hpp"
 
@@ -16,7 +17,12 @@ bool looks_for_tags(const Site& site, const SiteCamera& camera) {
 }
 
 TagCamera::TagCamera(const Site& site, const SiteCamera& camera, std::optional<CornerCamera> corners)
-    : site_(site), model_(camera.model), detector_(site.tag_families()), locator_(site, camera), corners_(std::move(corners)) {
+    : site_(site),
+      model_(camera.model),
+      readout_(camera.capture.readout),
+      detector_(site.tag_families()),
+      locator_(site, camera),
+      corners_(std::move(corners)) {
     for (const SiteLandmark& landmark : site.landmarks) {
         const auto* tag = std::get_if<Tag>(&landmark.kind);
         if (tag) printed_.emplace_back(*tag, tag_picture(tag->family, tag->number));
@@ -62,6 +68,15 @@ std::string TagCamera::name_of_tag(const SeenTag& seen) const {
     return {};
 }
 
+/// How much later than the frame's time the tags of a place were exposed, s.
+double TagCamera::late(const TagCameraPlace& place) const {
+    double rows = 0;
+    for (const int tag : place.tags) {
+        for (const Eigen::Vector2d& corner : seen_[static_cast<std::size_t>(tag)].corners) rows += 0.25 * corner.y();
+    }
+    return place.tags.empty() ? 0 : row_time(readout_, model_.height, rows / static_cast<double>(place.tags.size()));
+}
+
 Sighting TagCamera::sighting() const {
     if (by_corner()) return corners_->sighting();
     Sighting sighting;
@@ -71,7 +86,10 @@ Sighting TagCamera::sighting() const {
     const PoseFromAbove above = seen_from_above(best.map_from_camera);
     SeenRobot& seen = sighting.robots.emplace_back(SeenRobot{robot_, above.pose, above.yaw_known, above.covariance, {}, best.map_from_camera.pose});
     for (const TagCameraPlace& place : located_.places) seen.hypotheses.push_back({seen_from_above(place.map_from_camera).pose, place.weight});
-    if (best.weight >= likely) sighting.poses.push_back({robot_, above.pose, above.yaw_known, above.covariance});
+    if (best.weight >= likely) {
+        sighting.poses.push_back({robot_, above.pose, above.yaw_known, above.covariance});
+        sighting.poses.back().late = late(best);
+    }
     return sighting;
 }
 

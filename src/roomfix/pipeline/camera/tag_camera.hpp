@@ -29,9 +29,11 @@ private:
     TagCamera(const Site& site, const SiteCamera& camera, std::optional<CornerCamera> corners);
     bool by_corner() const { return corners_ && located_.places.empty(); }
     std::string name_of_tag(const SeenTag& seen) const;
+    double late(const TagCameraPlace& place) const;
 
     Site site_;
     CameraModel model_;
+    double readout_;                                   // s
     std::vector<std::pair<Tag, TagPicture>> printed_;  // the site's tags as they are printed
     TagDetector detector_;
     TagLocator locator_;
