@@ -49,10 +49,10 @@ double nees_of(const LensCalibration& lens, const CameraModel& truth) {
 class Lens : public ::testing::TestWithParam<Distortion> {};
 
 TEST_P(Lens, TrueNumbersLieInsideTheStatedIntervals) {
-    // 95 % intervals of 8 to 12 numbers in 40 runs, correlated within a run: below 90 % is a false alarm in about 1e-3. Boards are exact.
+    // 95 % intervals of 8 to 12 numbers in 20 runs, correlated within a run: below 87 % is a false alarm in about 1e-3. Boards are exact.
     Random random(5 + static_cast<std::uint64_t>(GetParam()));
     const CameraModel camera = camera_of(GetParam());
-    constexpr int runs = 40;
+    constexpr int runs = 20;
     int inside = 0, all = 0;
     double squares = 0;
     for (int run = 0; run < runs; ++run) {
@@ -66,10 +66,10 @@ TEST_P(Lens, TrueNumbersLieInsideTheStatedIntervals) {
         EXPECT_NEAR(lens->sigma, 0.1, 0.015);
         EXPECT_GE(lens->used(), 14) << "one may show the board where another does, by chance\n" << text_of(*lens);
     }
-    EXPECT_GT(static_cast<double>(inside) / all, 0.90) << inside << " of " << all;
+    EXPECT_GT(static_cast<double>(inside) / all, 0.87) << inside << " of " << all;
     // Numbers of the rational lens are known together only along a curve, which no covariance describes: each alone, and the rays are.
     if (GetParam() == Distortion::rational_polynomial) return;
-    EXPECT_NEAR(squares / runs, 1, 0.35);
+    EXPECT_NEAR(squares / runs, 1, 0.5);
 }
 
 TEST_P(Lens, PredictsHowFarRaysAreOff) {
@@ -79,7 +79,7 @@ TEST_P(Lens, PredictsHowFarRaysAreOff) {
     const CameraModel camera = camera_of(GetParam());
     const auto pixels = spread_pixels(camera);
     std::vector<double> ratios;
-    for (int run = 0; run < 20; ++run) {
+    for (int run = 0; run < 10; ++run) {
         const auto lens = calibrate_lens(simulated_shots(camera, 12, 0.1, random), 640, 480, board, {.kind = GetParam()});
         ASSERT_TRUE(lens);
         const double predicted = predicted_error(lens->model, lens->covariance, pixels).squaredNorm();
@@ -104,9 +104,9 @@ TEST_P(Lens, PredictsHowFarRaysAreOff) {
         }
         ratios.push_back(squares / predicted);
     }
-    std::nth_element(ratios.begin(), ratios.begin() + 10, ratios.end());
-    EXPECT_GT(ratios[10], GetParam() == Distortion::rational_polynomial ? 0.05 : 0.3);  // its rim is better known than a straight line says
-    EXPECT_LT(ratios[10], 2);
+    std::nth_element(ratios.begin(), ratios.begin() + 5, ratios.end());
+    EXPECT_GT(ratios[5], GetParam() == Distortion::rational_polynomial ? 0.05 : 0.3);  // its rim is better known than a straight line says
+    EXPECT_LT(ratios[5], 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(EachKind, Lens, ::testing::Values(Distortion::plumb_bob, Distortion::rational_polynomial, Distortion::equidistant));

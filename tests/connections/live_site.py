@@ -74,6 +74,7 @@ class LiveHall:
         self.numbers = there + there[::-1] if there_and_back else list(range(last + 1))
         self.there_and_back = there_and_back
         self.shown = []  # when each picture was taken, ns since 1970, and which one it was
+        self.times = []  # the same in s
         self.begins = self.ending = None
         self.player = threading.Thread(target=self.play, daemon=True)
         self.player.start()
@@ -84,6 +85,7 @@ class LiveHall:
             moment = time.time_ns()
             number = self.numbers[step]
             self.shown.append((moment, number))
+            self.times.append(moment * 1e-9)
             for camera in self.cameras.values():
                 camera.show(number, moment)
             if self.begins is not None:
@@ -113,19 +115,14 @@ class LiveHall:
         site.write_text(text)
         return site
 
-    def moments(self):
-        return [moment * 1e-9 for moment, _ in self.shown]
-
     def taken(self, moment):
         """When the picture was taken that is nearest to a moment, s since 1970."""
-        times = self.moments()
-        i = bisect.bisect(times, moment)
-        return min(times[max(i - 1, 0):i + 1], key=lambda known: abs(known - moment))
+        i = bisect.bisect(self.times, moment)
+        return min(self.times[max(i - 1, 0):i + 1], key=lambda known: abs(known - moment))
 
     def place(self, moment):
         """Where the robot is at a moment, s since 1970."""
-        shown = list(self.shown)
-        times = [known * 1e-9 for known, _ in shown]
+        shown, times = self.shown, self.times
         i = min(max(bisect.bisect(times, moment), 1), len(times) - 1)
         part = min(max((moment - times[i - 1]) / (times[i] - times[i - 1]), 0), 1)
         (x0, y0, yaw0), (x1, y1, yaw1) = self.way[shown[i - 1][1]], self.way[shown[i][1]]

@@ -15,11 +15,18 @@ class Senses(driven_room.DrivenRoom):
         link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.addCleanup(link.close)
         link.sendto(b"\xff\xfe{nonsense\n" * 20, ("127.0.0.1", port))
-        self.check(Sender(lambda text: link.sendto(text.encode(), ("127.0.0.1", port)), 1000))
+        sender = Sender(lambda text: link.sendto(text.encode(), ("127.0.0.1", port)), 1000)
+        self.check(sender)
         senses = self.state()["senses"]
         self.assertEqual(len(senses), 1)
         self.assertRegex(senses[0]["message"], r"r1: its clock is 1000\.0\d\d s behind ours")
         self.assertGreater(senses[0]["readings"], 20)
+        sender.behind += 3600  # somebody sets its clock
+        self.check(sender)
+        self.assertRegex(self.state()["senses"][0]["message"], r"r1: its clock is 4600\.0\d\d s behind ours")
+        sender.behind -= 7200
+        self.check(sender)
+        self.assertRegex(self.state()["senses"][0]["message"], r"r1: its clock is 2600\.0\d\d s ahead of ours")
 
     def test_by_mqtt_with_a_clock_that_agrees(self):
         broker = Broker(self.folder, "allow_anonymous true")
@@ -32,8 +39,18 @@ class Senses(driven_room.DrivenRoom):
             pipe.stdin.write(text)
             pipe.stdin.flush()
 
-        self.check(Sender(send, 0))
+        sender = Sender(send, 0)
+        self.check(sender)
         wait_until(lambda: "agrees" in self.state()["senses"][0]["message"], "the clock is said to agree")
+
+        # A flood on the same topic, from somebody else.
+        nonsense = [b"\xff\xfe\x00", b"{" * 200, b'{"time": 1e400, "robot": "r1", "x": 0}', b'{"time": 1, "robot": "r1", "beacon": "n1", "range": "far"}', b"[]" * 3000]
+        with open(self.folder / "flood", "wb") as flood:
+            for i in range(50000):
+                flood.write(nonsense[i % 5] + b"\n")
+        flooding = subprocess.Popen(["mosquitto_pub", "-p", str(broker.port), "-t", "robots/r1/sensed", "-l"], stdin=open(self.folder / "flood", "rb"))
+        self.check(sender)
+        self.assertEqual(flooding.wait(60), 0)
 
 
 if __name__ == "__main__":

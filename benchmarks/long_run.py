@@ -1,0 +1,105 @@
+"""A live site for hours, with somebody killed and started again every few seconds: what it does to memory, latency and truth.
+
+ROOMFIX=build/release/bin/roomfix [ROOMFIX_DDS_LISTENER=build/release/tests/ros2/ros2_listener] python3 benchmarks/long_run.py [--minutes 60] [--output DIR]
+
+Writes DIR/long_run.csv and DIR/long_run.svg, a row and a point per minute."""
+import argparse
+import csv
+import json
+import math
+import pathlib
+import random
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tests/connections"))
+from killable_peers import SiteWithPeers  # noqa: E402
+from peers import wait_until  # noqa: E402
+
+columns = ["minute", "memory MB", "threads", "open files", "fixes", "latency ms, median", "latency ms, 95 %", "error mm, median", "error mm, 99 %", "surprise", "kills",
+           "slowest recovery s"]
+
+
+def quantile(values, q):
+    return sorted(values)[int(q * (len(values) - 1))] if values else float("nan")
+
+
+class FixReader:
+    """The lines that have come to a file since the last call."""
+
+    def __init__(self, file):
+        self.file, self.rest = open(file), ""
+
+    def read(self):
+        *lines, self.rest = (self.rest + self.file.read()).split("\n")
+        return [json.loads(line) for line in lines]
+
+
+def look_at(process):
+    """Memory of its own (MB), threads and open files of a process."""
+    folder = pathlib.Path(f"/proc/{process.pid}")
+    status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
+    return int(status["RssAnon"].split()[0]) / 1024, int(status["Threads"]), len(list((folder / "fd").iterdir()))
+
+
+def minute_of(site, reader, number, kills, slowest):
+    fixes = [fix for fix in reader.read() if fix["status"] == "ok"]
+    latencies = [1e3 * fix["latency"] for fix in fixes if "latency" in fix]
+    errors = [1e3 * math.dist((fix["x"], fix["y"]), site.hall.place(fix["time"])[:2]) for fix in fixes]
+    surprises = [1e-6 * error**2 / (fix["covariance"][0] + fix["covariance"][4]) for error, fix in zip(errors, fixes)]
+    memory, threads, files = look_at(site.running.process)
+    mean = sum(surprises) / max(len(surprises), 1)
+    return [number, round(memory, 1), threads, files, len(fixes), *(round(value, 1) for value in (
+        quantile(latencies, 0.5), quantile(latencies, 0.95), quantile(errors, 0.5), quantile(errors, 0.99))), round(mean, 2), kills, round(slowest, 1)]
+
+
+def draw(rows, file):
+    """One small chart below the other: what should stay as it is."""
+    width, height, left = 760, 110, 70
+    shown = ["memory MB", "open files", "latency ms, median", "latency ms, 95 %", "error mm, median", "slowest recovery s"]
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width + left + 20}" height="{len(shown) * (height + 40) + 30}" font-family="sans-serif" font-size="13">',
+             '<rect width="100%" height="100%" fill="white"/>']
+    last = max(row[0] for row in rows)
+    for i, name in enumerate(shown):
+        values = [row[columns.index(name)] for row in rows]
+        top, most = 30 + i * (height + 40), max([value for value in values if value == value] + [1e-9]) * 1.1
+        points = " ".join(f"{left + width * row[0] / max(last, 1):.1f},{top + height - height * value / most:.1f}" for row, value in zip(rows, values) if value == value)
+        parts += [f'<text x="{left}" y="{top - 6}">{name}</text>', f'<path d="M{left},{top} V{top + height} H{left + width}" stroke="#888" fill="none"/>',
+                  f'<text x="{left - 6}" y="{top + 10}" text-anchor="end">{most / 1.1:.4g}</text>', f'<text x="{left - 6}" y="{top + height}" text-anchor="end">0</text>',
+                  f'<polyline points="{points}" fill="none" stroke="#06c" stroke-width="1.5"/>']
+    parts += [f'<text x="{left + width}" y="{len(shown) * (height + 40) + 20}" text-anchor="end">{last} minutes</text>', "</svg>"]
+    file.write_text("\n".join(parts) + "\n")
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--minutes", type=float, default=60)
+    arguments.add_argument("--output", type=pathlib.Path, default=pathlib.Path("."))
+    wanted = arguments.parse_args()
+    wanted.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    with tempfile.TemporaryDirectory(prefix="roomfix-long-") as folder, SiteWithPeers(folder, 40) as site, open(wanted.output / "long_run.csv", "w") as out:
+        table = csv.writer(out)
+        table.writerow(columns)
+        wait_until(lambda: all(site.works(peer, 0) for peer in site.peers), "all is well", 120)
+        site.hall.drive()
+        reader, start, kills, slowest = FixReader(site.fixes), time.time(), 0, 0.0
+        while time.time() < start + 60 * wanted.minutes:
+            time.sleep(random.uniform(3, 12))
+            order = random.sample(list(site.peers), random.randint(1, len(site.peers)))
+            site.kill(order)
+            slowest = max(slowest, *site.restart(order).values())
+            kills += len(order)
+            if time.time() < start + 60 * (len(rows) + 1):
+                continue
+            rows.append(minute_of(site, reader, len(rows) + 1, kills, slowest))
+            table.writerow(rows[-1])
+            out.flush()
+            print(dict(zip(columns, rows[-1])), flush=True)
+            draw(rows, wanted.output / "long_run.svg")
+            kills, slowest = 0, 0.0
+
+
+if __name__ == "__main__":
+    main()
