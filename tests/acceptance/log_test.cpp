@@ -72,8 +72,8 @@ outputs:
 )";
     const std::string log = (folder / "log").string();
     const std::string run = fmt::format(
-        "ROOMFIX_TEST_TOKEN=s3cret-3-of-sixteen-or-more timeout 60 {} run {} --log-level debug 2>{} & pid=$!; "
-        "for i in $(seq 600); do grep -q 'the map is at' {} && break; kill -0 $pid || break; sleep 0.1; done; kill -INT $pid; wait $pid",
+        "ROOMFIX_TEST_TOKEN=s3cret-3-of-sixteen-or-more {} run {} --log-level debug 2>{} & pid=$!; "
+        "for i in $(seq 600); do grep -q 'the map is at' {} && break; kill -0 $pid || break; sleep 0.1; done; kill -TERM $pid; wait $pid",
         ROOMFIX_PROGRAM, (folder / "site.yaml").string(), log, log);
     (void)std::system(run.c_str());
     const auto text = read_text(log);
