@@ -63,6 +63,40 @@ TEST(SenderClock, OneThatAgreesIsBelieved) {
     EXPECT_NE(clock.told().find("agrees"), std::string::npos);
 }
 
+TEST(SenderClock, ReadingsThatQueueUpAreNoClockThatWasSet) {
+    SenderClock clock;
+    const Nanoseconds start = from_seconds(1000);
+    double delay = 0.004;
+    for (int i = 0; i < 400; ++i) {  // up to 9 s late and back again
+        delay = std::max(0.004, i < 200 ? delay + 0.045 : delay - 0.05);
+        const double taken = 0.05 * i;
+        const Nanoseconds stamp = start + from_seconds(taken);
+        EXPECT_EQ(clock.ours(stamp, stamp + from_seconds(delay), taken + delay), stamp) << i;
+    }
+}
+
+TEST(SenderClock, OneThatIsSetIsFollowedAtOnce) {
+    SenderClock clock;
+    double ahead = 0;
+    for (int i = 0; i < 600; ++i) {
+        if (i == 200) ahead = 3600;
+        if (i == 400) ahead = -3600;
+        const double taken = 1000 + 0.05 * i;
+        const Nanoseconds ours = clock.ours(from_seconds(taken + ahead), from_seconds(taken + 0.004), taken + 0.004);
+        EXPECT_NEAR(to_seconds(ours), taken, 0.0045) << i;
+    }
+}
+
+TEST(SenderClock, WhatStaysLateIsAnotherClock) {
+    SenderClock clock;
+    double off = 0;
+    for (int i = 0; i < 2000; ++i) {  // it was set back while nothing came
+        const double taken = 1000 + 0.05 * i + (i < 200 ? 0 : 30), behind = i < 200 ? 0 : 20;
+        off = to_seconds(clock.ours(from_seconds(taken - behind), from_seconds(taken + 0.004), taken + 0.004)) - taken;
+    }
+    EXPECT_NEAR(off, 0, 0.0045);
+}
+
 TEST(SenderClock, OneThatDiffersAndDriftsIsFollowed) {
     Random random(4);
     SenderClock clock;

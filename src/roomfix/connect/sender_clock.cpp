@@ -7,18 +7,33 @@
 namespace roomfix {
 namespace {
 
-constexpr double earliest = -0.002;  // s: a reading that comes sooner than this after it was taken shows that the clocks differ
-constexpr double farthest = 4e9;     // s: more cannot be told in nanoseconds beside the time of our clock
-constexpr double latest = 0.05;      // s: within a building, nothing that is sent at once takes longer at its fastest
+constexpr double earliest = -0.002;   // s: a reading that comes sooner than this after it was taken shows that the clocks differ
+constexpr double farthest = 4e9;      // s: more cannot be told in nanoseconds beside the time of our clock
+constexpr double long_delay = 0.2;    // s more than the least: the reading was held up, or a clock was set
+constexpr double out_of_order = 1;    // s: stamps that go back so far are of a clock that was set
+constexpr double longest_queue = 60;  // s
+constexpr double latest = 0.05;       // s: within a building, nothing that is sent at once takes longer at its fastest
 
 }  // namespace
 
 bool SenderClock::agrees() const { return least_ >= earliest && least_ <= latest; }
 
+/// Did the reading only wait somewhere?
+bool SenderClock::queued(double stamp, double offset, double steady) {
+    const bool in_order = stamp > last_stamp_ - out_of_order;
+    last_stamp_ = stamp;
+    if (offset_.empty() || !in_order || offset < offset_.at(steady) + long_delay) {
+        queued_since_ = -1;
+        return false;
+    }
+    if (queued_since_ < 0) queued_since_ = steady;
+    return steady - queued_since_ < longest_queue;
+}
+
 Nanoseconds SenderClock::ours(Nanoseconds stamp, Nanoseconds arrival, double steady) {
     const double offset = to_seconds(arrival) - to_seconds(stamp);
     if (std::abs(offset) > farthest) return arrival;
-    offset_.add(steady, offset);
+    if (!queued(to_seconds(stamp), offset, steady)) offset_.add(steady, offset);
     least_ = offset_.at(steady);
     return agrees() ? stamp : stamp + from_seconds(least_);
 }

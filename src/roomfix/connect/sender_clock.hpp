@@ -8,7 +8,8 @@
 namespace roomfix {
 
 /// Readings arrive after they were taken, mostly soon. If the least delay lately is a small one, the clocks agree and the sender's stamps are right; if it is
-/// long or negative, the clocks differ by it, and stamps are moved by it: they are then late by the least delay, which nobody can know.
+/// long or negative, the clocks differ by it, and stamps are moved by it: they are then late by the least delay, which nobody can know. Readings that queue up
+/// somewhere come later and later, with stamps in their order: that is no clock that somebody set, unless it stays so for a minute.
 class SenderClock {
 public:
     /// The time of our clock at which a reading was taken. `stamp`: of the sender's clock; `arrival`: of ours; `steady`: s of a clock that only goes forward.
@@ -18,9 +19,12 @@ public:
 
 private:
     bool agrees() const;
+    bool queued(double stamp, double offset, double steady);
 
-    LeastOffset offset_;  // our clock minus the sender's
-    double least_ = 0;    // s, now
+    LeastOffset offset_;        // our clock minus the sender's
+    double least_ = 0;          // s, now
+    double last_stamp_ = 0;     // s, of the sender's clock
+    double queued_since_ = -1;  // s, steady: since then all came much later than they were taken; negative: not so
 };
 
 }  // namespace roomfix
