@@ -42,9 +42,8 @@ int run(Arguments arguments) {
         if (round > 1 && !record.empty()) {  // a session has one site
             options.record.folder = fmt::format("{}-{}", (record.has_filename() ? record : record.parent_path()).string(), round);
         }
-        SiteWatch watch(arguments.site, stop_requested(), [](const std::string& mistakes) {
-            log_warning("the site file was changed, but cannot be used; the old one stays:\n" + mistakes);
-        });
+        SiteWatch watch(arguments.site, stop_requested(),
+                        [](const std::string& mistakes) { log_warning("the site file was changed, but cannot be used; the old one stays:\n" + mistakes); });
         options.watch = &watch;
         options.stop = &watch.ends();
         const int code = run_site(*site, options);
