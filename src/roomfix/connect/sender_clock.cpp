@@ -9,7 +9,7 @@ namespace {
 
 constexpr double earliest = -0.002;   // s: a reading that comes sooner than this after it was taken shows that the clocks differ
 constexpr double farthest = 4e9;      // s: more cannot be told in nanoseconds beside the time of our clock
-constexpr double long_delay = 0.2;    // s more than the least: the reading was held up, or a clock was set
+constexpr double long_delay = 0.04;   // s more than the least: the reading was held up, or a clock was set
 constexpr double out_of_order = 1;    // s: stamps that go back so far are of a clock that was set
 constexpr double longest_queue = 60;  // s
 constexpr double latest = 0.05;       // s: within a building, nothing that is sent at once takes longer at its fastest
