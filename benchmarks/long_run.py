@@ -6,7 +6,6 @@ Writes DIR/long_run.csv and DIR/long_run.svg, a row and a point per minute."""
 import argparse
 import csv
 import json
-import math
 import pathlib
 import random
 import sys
@@ -15,14 +14,11 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tests/connections"))
 from killable_peers import SiteWithPeers  # noqa: E402
+from live_site import errors_of, quantile  # noqa: E402
 from peers import wait_until  # noqa: E402
 
 columns = ["minute", "memory MB", "threads", "open files", "fixes", "latency ms, median", "latency ms, 95 %", "error mm, median", "error mm, 99 %", "surprise", "kills",
            "slowest recovery s"]
-
-
-def quantile(values, q):
-    return sorted(values)[int(q * (len(values) - 1))] if values else float("nan")
 
 
 class FixReader:
@@ -46,12 +42,10 @@ def look_at(process):
 def minute_of(site, reader, number, kills, slowest):
     fixes = [fix for fix in reader.read() if fix["status"] == "ok"]
     latencies = [1e3 * fix["latency"] for fix in fixes if "latency" in fix]
-    errors = [1e3 * math.dist((fix["x"], fix["y"]), site.hall.place(fix["time"])[:2]) for fix in fixes]
-    surprises = [1e-6 * error**2 / (fix["covariance"][0] + fix["covariance"][4]) for error, fix in zip(errors, fixes)]
+    errors, surprise = errors_of(fixes, site.hall)
     memory, threads, files = look_at(site.running.process)
-    mean = sum(surprises) / max(len(surprises), 1)
     return [number, round(memory, 1), threads, files, len(fixes), *(round(value, 1) for value in (
-        quantile(latencies, 0.5), quantile(latencies, 0.95), quantile(errors, 0.5), quantile(errors, 0.99))), round(mean, 2), kills, round(slowest, 1)]
+        quantile(latencies, 0.5), quantile(latencies, 0.95), 1e3 * quantile(errors, 0.5), 1e3 * quantile(errors, 0.99))), round(surprise, 2), kills, round(slowest, 1)]
 
 
 def draw(rows, file):

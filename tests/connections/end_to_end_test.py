@@ -9,15 +9,11 @@ import signal
 import subprocess
 import unittest
 
-from live_site import LiveHall, Page, evaluate
+from live_site import LiveHall, Page, evaluate, quantile
 from peers import Broker, Postgres, Process, cyclone_on_loopback, fixes_of, free_port, loopback_only, program, source, temporary_folder, wait_until
 
 dds_listener = os.environ.get("ROOMFIX_DDS_LISTENER")
 seconds = 9  # of the drive
-
-
-def quantile(values, q):
-    return sorted(values)[int(q * (len(values) - 1))]
 
 
 class EndToEnd(unittest.TestCase):

@@ -69,6 +69,7 @@ class SiteWithPeers(contextlib.ExitStack):
         self.running = Process(self.folder, "roomfix", program, "run", site, "--fixes", self.fixes, env=loopback_only)
         self.callback(self.running.stop, True)
         wait_until(lambda: self.page.sink("history") or self.running.ended(), "the page is served")
+        wait_until(lambda: self.database.ask("SELECT to_regclass('roomfix_fixes')") != [[""]], "the history has its tables")
         self.peers = {"camera": self.hall.cameras["hall1"], "broker": self.broker, "database": self.database, "page": PageClient(web)}
         if dds_listener:
             self.peers["ros2"] = Ros2Subscriber(self.folder, domain)

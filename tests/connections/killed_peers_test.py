@@ -3,13 +3,13 @@ left goes on, says honestly what is missing, and is whole again within 5 s. The 
 
 ROOMFIX_ORDERS: how many of the 120 orders (default 3; they are drawn anew each time)."""
 import itertools
-import math
 import os
 import random
 import time
 import unittest
 
 from killable_peers import SiteWithPeers
+from live_site import errors_of, quantile
 from peers import fixes_of, temporary_folder, wait_until
 
 orders = int(os.environ.get("ROOMFIX_ORDERS", "3"))
@@ -26,9 +26,8 @@ class KilledPeers(unittest.TestCase):
     def check_fixes(self):
         """All that is called ok is where the robot is."""
         fixes = [fix for fix in fixes_of(self.site.fixes) if fix["status"] == "ok"]
-        errors = [math.dist((fix["x"], fix["y"]), self.site.hall.place(fix["time"])[:2]) for fix in fixes]
-        surprise = sum(error**2 / (fix["covariance"][0] + fix["covariance"][4]) for error, fix in zip(errors, fixes)) / len(fixes)
-        print(f"{len(fixes)} ok fixes, error median {1e3 * sorted(errors)[len(errors) // 2]:.1f} mm, largest {1e3 * max(errors):.0f} mm; "
+        errors, surprise = errors_of(fixes, self.site.hall)
+        print(f"{len(fixes)} ok fixes, error median {1e3 * quantile(errors, 0.5):.1f} mm, largest {1e3 * max(errors):.0f} mm; "
               f"squares of the errors over what is stated: {surprise:.2f} on average")
         self.assertLess(max(errors), 0.3)
         self.assertLess(surprise, 3)

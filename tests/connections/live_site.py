@@ -107,7 +107,7 @@ class LiveHall:
 
     def write_site(self, outputs, more=""):
         """A site file with the live cameras, whose sender reports are known to be about the exposure."""
-        text = (self.session / "site.yaml").read_text().replace("odometry.csv", "/dev/null") + f"outputs:\n{outputs}{more}"
+        text = (self.session / "site.yaml").read_text() + f"outputs:\n{outputs}{more}"
         text = re.sub(r",\s*odometry: \{[^}]*\}", "", text)
         for name, camera in self.cameras.items():
             text = text.replace(f"source: frames/{name}\n", f"source: {camera.address}\n    time_offset_sigma: 0.003\n")
@@ -155,6 +155,17 @@ class Page:
     def sink(self, part):
         state = self.state()
         return next((sink for sink in state.get("sinks", []) if part in sink["name"]), None) if state else None
+
+
+def quantile(values, q):
+    return sorted(values)[int(q * (len(values) - 1))] if values else math.nan
+
+
+def errors_of(fixes, hall):
+    """How far each fix is from where the robot was, m, and the squares of that over what is stated, on average."""
+    errors = [math.dist((fix["x"], fix["y"]), hall.place(fix["time"])[:2]) for fix in fixes]
+    squares = [error**2 / (fix["covariance"][0] + fix["covariance"][4]) for error, fix in zip(errors, fixes)]
+    return errors, sum(squares) / max(len(squares), 1)
 
 
 def evaluate(fixes, truth):

@@ -85,10 +85,11 @@ inline dds::DomainParticipantQos participant_qos() {
     return qos;
 }
 
-/// As ROS 2 nodes have it by default.
-inline dds::DataWriterQos writer_qos(int depth) {
-    dds::DataWriterQos qos;
-    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+/// What a writer's and a reader's quality of service have in common: the last `depth` messages, for those who are there.
+template <class Qos>
+Qos last_messages(dds::ReliabilityQosPolicyKind reliability, int depth) {
+    Qos qos;
+    qos.reliability().kind = reliability;
     qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = depth;
@@ -97,17 +98,11 @@ inline dds::DataWriterQos writer_qos(int depth) {
     return qos;
 }
 
+/// As ROS 2 nodes have it by default.
+inline dds::DataWriterQos writer_qos(int depth) { return last_messages<dds::DataWriterQos>(dds::RELIABLE_RELIABILITY_QOS, depth); }
+
 /// Whatever is published, reliably or not.
-inline dds::DataReaderQos reader_qos(int depth) {
-    dds::DataReaderQos qos;
-    qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
-    qos.durability().kind = dds::VOLATILE_DURABILITY_QOS;
-    qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-    qos.history().depth = depth;
-    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    qos.data_sharing().off();
-    return qos;
-}
+inline dds::DataReaderQos reader_qos(int depth) { return last_messages<dds::DataReaderQos>(dds::BEST_EFFORT_RELIABILITY_QOS, depth); }
 
 /// What is told of the nodes is for those who come later, too.
 template <class Qos>

@@ -378,11 +378,11 @@ void face_each_way(Track& track, const PoseObservation& observation) {
         for (int k = 1; k < observation.like_turns && hypotheses.size() < most_hypotheses; ++k) {
             Hypothesis other = hypotheses[i];
             const double off = std::remainder(nearest + k * turn, 2 * std::numbers::pi);
-            const double weight = std::exp(-0.5 * (off * off - nearest * nearest) / variance);
+            const double behind = 0.5 * (off * off - nearest * nearest) / variance;
             other.belief.mean[state_yaw] = wrap_angle(other.belief.mean[state_yaw] + off - nearest);
-            other.log_weight += std::log(weight);
+            other.log_weight -= behind;
             hypotheses.push_back(other);
-            sum += weight;
+            sum += std::exp(-behind);
         }
         hypotheses[i].log_weight -= std::log(sum);
         for (std::size_t k = last; k < hypotheses.size(); ++k) hypotheses[k].log_weight -= std::log(sum);
