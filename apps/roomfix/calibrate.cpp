@@ -58,9 +58,9 @@ Result<CameraInSite> load_camera(const std::string& site_file, const std::string
     return CameraInSite{*site, *found};
 }
 
-void add_write_options(CLI::App& command, WriteOptions& options) {
-    command.add_flag("--write", options.write, "write the result into the site file; the old file is kept with its date");
-    command.add_flag("--force", options.force, "write it even if the site file has a better one");
+void add_write_options(Command& command, WriteOptions& options) {
+    command.flag("--write", options.write, "write the result into the site file; the old file is kept with its date");
+    command.flag("--force", options.force, "write it even if the site file has a better one");
 }
 
 Quality lens_quality(const SiteCamera& camera, const CameraModel& model, const IntrinsicsMatrix& covariance) {
@@ -106,17 +106,17 @@ int write_or_show(const std::string& site_file, const std::string& camera, const
     return write_or_show(site_file, {{{camera, values}, quality}}, options);
 }
 
-void add_calibrate(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("calibrate", "measures what a site file should say");
-    command->require_subcommand(1);
-    add_calibrate_lens(*command, exit_code);
-    add_calibrate_lines(*command, exit_code);
-    add_calibrate_floor(*command, exit_code);
-    add_calibrate_corner(*command, exit_code);
-    add_calibrate_grid(*command, exit_code);
-    add_calibrate_mount(*command, exit_code);
-    add_calibrate_robot(*command, exit_code);
-    add_calibrate_site(*command, exit_code);
+void add_calibrate(Command& program) {
+    Command command = program.add_command("calibrate", "measures what a site file should say");
+    command.require_command();
+    add_calibrate_lens(command);
+    add_calibrate_lines(command);
+    add_calibrate_floor(command);
+    add_calibrate_corner(command);
+    add_calibrate_grid(command);
+    add_calibrate_mount(command);
+    add_calibrate_robot(command);
+    add_calibrate_site(command);
 }
 
 }  // namespace roomfix

@@ -1,24 +1,24 @@
 // The parts of `roomfix calibrate`, and what they share.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "roomfix/calibrate/chessboard.hpp"
 #include "roomfix/site/edit_site.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
-void add_calibrate_lens(CLI::App& calibrate, int& exit_code);
-void add_calibrate_lines(CLI::App& calibrate, int& exit_code);
-void add_calibrate_floor(CLI::App& calibrate, int& exit_code);
-void add_calibrate_corner(CLI::App& calibrate, int& exit_code);
-void add_calibrate_grid(CLI::App& calibrate, int& exit_code);
-void add_calibrate_mount(CLI::App& calibrate, int& exit_code);
-void add_calibrate_robot(CLI::App& calibrate, int& exit_code);
-void add_calibrate_site(CLI::App& calibrate, int& exit_code);
+void add_calibrate_lens(Command& calibrate);
+void add_calibrate_lines(Command& calibrate);
+void add_calibrate_floor(Command& calibrate);
+void add_calibrate_corner(Command& calibrate);
+void add_calibrate_grid(Command& calibrate);
+void add_calibrate_mount(Command& calibrate);
+void add_calibrate_robot(Command& calibrate);
+void add_calibrate_site(Command& calibrate);
 
 /// Says what is wrong, and returns the exit code.
 int give_up(const Error& error);
@@ -39,7 +39,7 @@ struct WriteOptions {
     bool force = false;
 };
 /// Adds --write and --force.
-void add_write_options(CLI::App& command, WriteOptions& options);
+void add_write_options(Command& command, WriteOptions& options);
 
 /// A calibration's expected error, in a unit that the sentence names; 0: the site file does not state one.
 struct Quality {

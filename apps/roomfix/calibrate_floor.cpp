@@ -13,7 +13,6 @@
 #include "roomfix/overhead/li2014.hpp"
 #include "roomfix/pipeline/floor_session.hpp"
 #include "roomfix/site/site_text.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -152,48 +151,43 @@ int calibrate_floor_command(const Arguments& arguments) {
 
 }  // namespace
 
-void add_calibrate_floor(CLI::App& calibrate, int& exit_code) {
-    auto* floor = calibrate.add_subcommand("floor", "where a fixed camera is, from the floor it sees: points, tiles, tags, and from a room's corner");
+void add_calibrate_floor(Command& calibrate) {
+    Command floor = calibrate.add_command("floor", "where a fixed camera is, from the floor it sees: points, tiles, tags, and from a room's corner");
     auto arguments = std::make_shared<Arguments>();
-    floor->add_option("SITE", arguments->site, "site file")->required();
-    floor->add_option("--camera", arguments->camera, "camera that stands still")->required();
-    floor->add_option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
-    add_repeatable(*floor, "--point", arguments->points, "pixel and its place on the floor, U,V=X,Y, four or more (default: the site file's floor_points)");
-    floor->add_option("--click-sigma", arguments->options.click_sigma, "px: how exactly each coordinate was clicked")
-        ->capture_default_str()
-        ->check(CLI::Range(0.01, 50.0));
-    floor->add_option("--tile", arguments->tile, "four corners of one tile: \"U,V U,V U,V U,V\", counter-clockwise seen from above");
-    floor->add_option("--tile-size-mm", arguments->tile_size_mm, "from joint to joint")->capture_default_str()->check(CLI::Range(1.0, 10000.0));
-    floor->add_option("--tile-size-sigma-mm", arguments->tile_size_sigma_mm, "how well that is known, on average over many tiles")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 100.0));
-    floor->add_option("--tile-at", arguments->tile_at, "X,Y,YAW: the tile's first corner in the map (m), and the direction of its first side (deg)")
-        ->capture_default_str();
-    floor->add_flag("--no-grid", arguments->no_grid, "use the four clicks alone, do not look for the other tiles' joints");
-    floor->add_option("--corner", arguments->options.corner, "corner of the site that the camera sees; needs --height");
-    floor->add_option("--height", arguments->height, "m, of the camera above the floor")->check(CLI::Range(0.01, 1000.0));
-    floor->add_option("--height-sigma", arguments->options.height_sigma, "m, how well that is known")->capture_default_str()->check(CLI::Range(1e-5, 10.0));
-    floor->add_option("--overlay", arguments->overlay, "picture to write: what was seen, and a grid of metres on the floor");
-    add_write_options(*floor, arguments->write);
-    floor->footer("Example: roomfix calibrate floor site.yaml --camera hall --tile \"310,400 380,402 375,370 312,369\" --tile-size-mm 300 --write");
-    floor->callback([=, &exit_code] { exit_code = calibrate_floor_command(*arguments); });
+    floor.option("SITE", arguments->site, "site file").required();
+    floor.option("--camera", arguments->camera, "camera that stands still").required();
+    floor.option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
+    floor.repeatable("--point", arguments->points, "pixel and its place on the floor, U,V=X,Y, four or more (default: the site file's floor_points)");
+    floor.option("--click-sigma", arguments->options.click_sigma, "px: how exactly each coordinate was clicked").show_default().range(0.01, 50.0);
+    floor.option("--tile", arguments->tile, "four corners of one tile: \"U,V U,V U,V U,V\", counter-clockwise seen from above");
+    floor.option("--tile-size-mm", arguments->tile_size_mm, "from joint to joint").show_default().range(1.0, 10000.0);
+    floor.option("--tile-size-sigma-mm", arguments->tile_size_sigma_mm, "how well that is known, on average over many tiles").show_default().range(0.0, 100.0);
+    floor.option("--tile-at", arguments->tile_at, "X,Y,YAW: the tile's first corner in the map (m), and the direction of its first side (deg)").show_default();
+    floor.flag("--no-grid", arguments->no_grid, "use the four clicks alone, do not look for the other tiles' joints");
+    floor.option("--corner", arguments->options.corner, "corner of the site that the camera sees; needs --height");
+    floor.option("--height", arguments->height, "m, of the camera above the floor").range(0.01, 1000.0);
+    floor.option("--height-sigma", arguments->options.height_sigma, "m, how well that is known").show_default().range(1e-5, 10.0);
+    floor.option("--overlay", arguments->overlay, "picture to write: what was seen, and a grid of metres on the floor");
+    add_write_options(floor, arguments->write);
+    floor.footer("Example: roomfix calibrate floor site.yaml --camera hall --tile \"310,400 380,402 375,370 312,369\" --tile-size-mm 300 --write");
+    floor.on_run([=] { return calibrate_floor_command(*arguments); });
 }
 
-void add_calibrate_corner(CLI::App& calibrate, int& exit_code) {
-    auto* corner = calibrate.add_subcommand("corner", "where a fixed camera is, from one corner of the room and its height above the floor");
+void add_calibrate_corner(Command& calibrate) {
+    Command corner = calibrate.add_command("corner", "where a fixed camera is, from one corner of the room and its height above the floor");
     auto arguments = std::make_shared<Arguments>();
-    corner->add_option("SITE", arguments->site, "site file")->required();
-    corner->add_option("--camera", arguments->camera, "camera that stands still")->required();
-    corner->add_option("--corner", arguments->options.corner, "corner of the site that the camera sees")->required();
-    corner->add_option("--height", arguments->height, "m, of the camera above the floor")->required()->check(CLI::Range(0.01, 1000.0));
-    corner->add_option("--height-sigma", arguments->options.height_sigma, "m, how well that is known")->capture_default_str()->check(CLI::Range(1e-5, 10.0));
-    corner->add_option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
-    corner->add_option("--overlay", arguments->overlay, "picture to write: a grid of metres on the floor");
-    add_write_options(*corner, arguments->write);
-    corner->footer(
+    corner.option("SITE", arguments->site, "site file").required();
+    corner.option("--camera", arguments->camera, "camera that stands still").required();
+    corner.option("--corner", arguments->options.corner, "corner of the site that the camera sees").required();
+    corner.option("--height", arguments->height, "m, of the camera above the floor").required().range(0.01, 1000.0);
+    corner.option("--height-sigma", arguments->options.height_sigma, "m, how well that is known").show_default().range(1e-5, 10.0);
+    corner.option("--picture", arguments->picture, "picture without robots (default: the first of the camera's background or source)");
+    corner.option("--overlay", arguments->overlay, "picture to write: a grid of metres on the floor");
+    add_write_options(corner, arguments->write);
+    corner.footer(
         "Example: roomfix calibrate corner site.yaml --camera hall --corner nw --height 2.4 --write\nTogether with points of the floor: calibrate floor "
         "--corner.");
-    corner->callback([=, &exit_code] { exit_code = calibrate_floor_command(*arguments); });
+    corner.on_run([=] { return calibrate_floor_command(*arguments); });
 }
 
 }  // namespace roomfix

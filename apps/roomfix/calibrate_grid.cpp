@@ -9,7 +9,6 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/site/lens_grid_file.hpp"
 #include "roomfix/site/site_text.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -85,27 +84,25 @@ int calibrate_grid_command(const Arguments& arguments) {
 
 }  // namespace
 
-void add_calibrate_grid(CLI::App& calibrate, int& exit_code) {
-    auto* grid = calibrate.add_subcommand("grid", "any lens, as Chou and Tsai 1986 do it: one picture of a chessboard that fills the view, parallel to it");
+void add_calibrate_grid(Command& calibrate) {
+    Command grid = calibrate.add_command("grid", "any lens, as Chou and Tsai 1986 do it: one picture of a chessboard that fills the view, parallel to it");
     auto arguments = std::make_shared<Arguments>();
-    grid->add_option("PICTURE", arguments->picture, "picture of the board")->required();
-    grid->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
-    grid->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
-    grid->add_option("--distance", arguments->distance, "m, from the lens to the board")->required()->check(CLI::Range(0.01, 1000.0));
-    grid->add_option("--distance-sigma", arguments->distance_sigma, "m, how well that is known")->capture_default_str()->check(CLI::Range(0.0, 10.0));
-    grid->add_option("--centre-sigma", arguments->centre_sigma, "px, how well the image centre is known, each coordinate")
-        ->capture_default_str()
-        ->check(CLI::Range(0.01, 1000.0));
-    add_numbers(*grid, "--centre", arguments->centre, 2, "image centre, px: U V (default: the picture's middle)");
-    add_numbers(*grid, "--wall", arguments->wall, 8,
-                "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V");
-    grid->add_option("-o,--output", arguments->output, "CSV file to write, for the site file's key lens_grid")->required();
-    grid->add_option("--corrected", arguments->corrected, "picture to write: this one as a lens without distortion would show it");
-    auto* site = grid->add_option("--site", arguments->site, "site file");
-    grid->add_option("--camera", arguments->camera, "camera of the site file")->needs(site);
-    add_write_options(*grid, arguments->write);
-    grid->footer("Example: roomfix calibrate grid board.png --board 21x15 --square-mm 30 --distance 0.8 -o hall-lens.csv");
-    grid->callback([=, &exit_code] { exit_code = calibrate_grid_command(*arguments); });
+    grid.option("PICTURE", arguments->picture, "picture of the board").required();
+    grid.option("--board", arguments->board, "its inner corners, across x down").show_default();
+    grid.option("--square-mm", arguments->square_mm, "edge of a square, mm").show_default().range(0.1, 10000.0);
+    grid.option("--distance", arguments->distance, "m, from the lens to the board").required().range(0.01, 1000.0);
+    grid.option("--distance-sigma", arguments->distance_sigma, "m, how well that is known").show_default().range(0.0, 10.0);
+    grid.option("--centre-sigma", arguments->centre_sigma, "px, how well the image centre is known, each coordinate").show_default().range(0.01, 1000.0);
+    grid.numbers("--centre", arguments->centre, 2, "image centre, px: U V (default: the picture's middle)");
+    grid.numbers("--wall", arguments->wall, 8,
+                 "image centre from a rectangle on a wall along the view: two pixels of its upper side, two of its lower: U V U V U V U V");
+    grid.option("-o,--output", arguments->output, "CSV file to write, for the site file's key lens_grid").required();
+    grid.option("--corrected", arguments->corrected, "picture to write: this one as a lens without distortion would show it");
+    CommandOption site = grid.option("--site", arguments->site, "site file");
+    grid.option("--camera", arguments->camera, "camera of the site file").needs(site);
+    add_write_options(grid, arguments->write);
+    grid.footer("Example: roomfix calibrate grid board.png --board 21x15 --square-mm 30 --distance 0.8 -o hall-lens.csv");
+    grid.on_run([=] { return calibrate_grid_command(*arguments); });
 }
 
 }  // namespace roomfix

@@ -130,28 +130,25 @@ int calibrate_lens_command(const Arguments& arguments) {
 
 }  // namespace
 
-void add_calibrate_lens(CLI::App& calibrate, int& exit_code) {
-    auto* lens = calibrate.add_subcommand("lens", "focal length, image centre and distortion, from pictures of a chessboard or a ChArUco board");
+void add_calibrate_lens(Command& calibrate) {
+    Command lens = calibrate.add_command("lens", "focal length, image centre and distortion, from pictures of a chessboard or a ChArUco board");
     auto arguments = std::make_shared<Arguments>();
-    lens->add_option("PICTURES", arguments->pictures, "pictures, folders or videos of the board");
-    lens->add_option("--board", arguments->board, "its inner corners, across x down")->capture_default_str();
-    lens->add_option("--square-mm", arguments->square_mm, "edge of a square, mm")->capture_default_str()->check(CLI::Range(0.1, 10000.0));
-    auto* marker = lens->add_option("--marker-mm", arguments->marker_mm, "edge of a marker with its black border, mm")->check(CLI::Range(0.1, 10000.0));
-    lens->add_option("--charuco", arguments->markers, "the board has markers of this dictionary in its white squares: DICT_4X4_50, DICT_5X5_250, ...")
-        ->needs(marker);
-    lens->add_flag("--exact-board", arguments->exact_board, "the board is a screen or an engraved plate: its shape is not measured along with the lens");
-    lens->add_option("--model", arguments->model, "kind of lens")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));
-    lens->add_option("--report", arguments->report, "page to write: numbers, shots, coverage, expected error");
-    lens->add_option("--camera-info", arguments->camera_info, "file to write, as ROS reads it");
-    lens->add_option("--from", arguments->from, "take the lens from a camera_info file of ROS or a file of OpenCV instead of pictures");
-    lens->add_option("--print-board", arguments->print_board, "SVG file to write: the board, with a ruler");
-    auto* site = lens->add_option("--site", arguments->site, "site file");
-    lens->add_option("--camera", arguments->camera, "camera of the site file")->needs(site);
-    add_write_options(*lens, arguments->write);
-    lens->footer("Example: roomfix calibrate lens --print-board board.svg   ...then:   roomfix calibrate lens pictures/ --square-mm 25 --report lens.html");
-    lens->callback([=, &exit_code] { exit_code = calibrate_lens_command(*arguments); });
+    lens.option("PICTURES", arguments->pictures, "pictures, folders or videos of the board");
+    lens.option("--board", arguments->board, "its inner corners, across x down").show_default();
+    lens.option("--square-mm", arguments->square_mm, "edge of a square, mm").show_default().range(0.1, 10000.0);
+    CommandOption marker = lens.option("--marker-mm", arguments->marker_mm, "edge of a marker with its black border, mm").range(0.1, 10000.0);
+    lens.option("--charuco", arguments->markers, "the board has markers of this dictionary in its white squares: DICT_4X4_50, DICT_5X5_250, ...").needs(marker);
+    lens.flag("--exact-board", arguments->exact_board, "the board is a screen or an engraved plate: its shape is not measured along with the lens");
+    lens.option("--model", arguments->model, "kind of lens").show_default().one_of({"plumb_bob", "rational_polynomial", "equidistant"});
+    lens.option("--report", arguments->report, "page to write: numbers, shots, coverage, expected error");
+    lens.option("--camera-info", arguments->camera_info, "file to write, as ROS reads it");
+    lens.option("--from", arguments->from, "take the lens from a camera_info file of ROS or a file of OpenCV instead of pictures");
+    lens.option("--print-board", arguments->print_board, "SVG file to write: the board, with a ruler");
+    CommandOption site = lens.option("--site", arguments->site, "site file");
+    lens.option("--camera", arguments->camera, "camera of the site file").needs(site);
+    add_write_options(lens, arguments->write);
+    lens.footer("Example: roomfix calibrate lens --print-board board.svg   ...then:   roomfix calibrate lens pictures/ --square-mm 25 --report lens.html");
+    lens.on_run([=] { return calibrate_lens_command(*arguments); });
 }
 
 }  // namespace roomfix

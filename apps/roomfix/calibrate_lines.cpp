@@ -94,16 +94,16 @@ int calibrate_lines_command(const Arguments& arguments) {
 
 }  // namespace
 
-void add_calibrate_lines(CLI::App& calibrate, int& exit_code) {
-    auto* lines = calibrate.add_subcommand("lines", "distortion without any board: edges of a room made straight");
+void add_calibrate_lines(Command& calibrate) {
+    Command lines = calibrate.add_command("lines", "distortion without any board: edges of a room made straight");
     auto arguments = std::make_shared<Arguments>();
-    lines->add_option("SITE", arguments->site, "site file")->required();
-    lines->add_option("PICTURES", arguments->pictures, "pictures, folders or videos that the camera took of rooms")->required();
-    lines->add_option("--camera", arguments->camera, "camera of the site file, with its focal length")->required();
-    lines->add_option("--overlay", arguments->overlay, "picture to write: the first one with its edges");
-    add_write_options(*lines, arguments->write);
-    lines->footer("Example: roomfix calibrate lines site.yaml pictures/ --camera hall --overlay edges.png --write");
-    lines->callback([=, &exit_code] { exit_code = calibrate_lines_command(*arguments); });
+    lines.option("SITE", arguments->site, "site file").required();
+    lines.option("PICTURES", arguments->pictures, "pictures, folders or videos that the camera took of rooms").required();
+    lines.option("--camera", arguments->camera, "camera of the site file, with its focal length").required();
+    lines.option("--overlay", arguments->overlay, "picture to write: the first one with its edges");
+    add_write_options(lines, arguments->write);
+    lines.footer("Example: roomfix calibrate lines site.yaml pictures/ --camera hall --overlay edges.png --write");
+    lines.on_run([=] { return calibrate_lines_command(*arguments); });
 }
 
 }  // namespace roomfix

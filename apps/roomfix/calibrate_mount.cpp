@@ -75,23 +75,19 @@ int calibrate_mount_command(const MountArguments& arguments) {
 
 }  // namespace
 
-void add_calibrate_mount(CLI::App& calibrate, int& exit_code) {
-    auto* mount = calibrate.add_subcommand("mount", "a camera's tilt and place on its robot, from pictures of landmarks taken while it turns and drives");
+void add_calibrate_mount(Command& calibrate) {
+    Command mount = calibrate.add_command("mount", "a camera's tilt and place on its robot, from pictures of landmarks taken while it turns and drives");
     auto arguments = std::make_shared<MountArguments>();
-    mount->add_option("SITE", arguments->site, "site file")->required();
-    mount->add_option("--camera", arguments->camera, "camera with a 'mount'")->required();
-    mount->add_option("--frames", arguments->frames, "folder or video of the drive (default: the camera's source)");
-    mount->add_option("--position-sigma", arguments->position_sigma_mm, "mm: how well its place on the robot was measured")
-        ->capture_default_str()
-        ->check(CLI::Range(0.01, 1000.0));
-    mount->add_option("--heading-sigma-deg", arguments->heading_sigma_deg, "how well its turn about the vertical was set")
-        ->capture_default_str()
-        ->check(CLI::Range(0.001, 180.0));
-    mount->add_option("--odometry", arguments->odometry, "CSV of the robot's wheels (default: the robot's odometry source)");
-    mount->add_flag("--no-odometry", arguments->no_odometry, "take the recording for a turn on the spot");
-    add_write_options(*mount, arguments->write);
-    mount->footer("Example: roomfix simulate kim2011-drive -o /tmp/drive && roomfix calibrate mount /tmp/drive/site.yaml --camera up");
-    mount->callback([=, &exit_code] { exit_code = calibrate_mount_command(*arguments); });
+    mount.option("SITE", arguments->site, "site file").required();
+    mount.option("--camera", arguments->camera, "camera with a 'mount'").required();
+    mount.option("--frames", arguments->frames, "folder or video of the drive (default: the camera's source)");
+    mount.option("--position-sigma", arguments->position_sigma_mm, "mm: how well its place on the robot was measured").show_default().range(0.01, 1000.0);
+    mount.option("--heading-sigma-deg", arguments->heading_sigma_deg, "how well its turn about the vertical was set").show_default().range(0.001, 180.0);
+    mount.option("--odometry", arguments->odometry, "CSV of the robot's wheels (default: the robot's odometry source)");
+    mount.flag("--no-odometry", arguments->no_odometry, "take the recording for a turn on the spot");
+    add_write_options(mount, arguments->write);
+    mount.footer("Example: roomfix simulate kim2011-drive -o /tmp/drive && roomfix calibrate mount /tmp/drive/site.yaml --camera up");
+    mount.on_run([=] { return calibrate_mount_command(*arguments); });
 }
 
 }  // namespace roomfix

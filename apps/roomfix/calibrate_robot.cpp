@@ -11,7 +11,6 @@
 #include "roomfix/pipeline/robot_session.hpp"
 #include "roomfix/site/body_parts.hpp"
 #include "roomfix/site/load_site.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -93,23 +92,22 @@ int calibrate_robot_command(RobotArguments arguments) {
 
 }  // namespace
 
-void add_calibrate_robot(CLI::App& calibrate, int& exit_code) {
-    auto* robot = calibrate.add_subcommand("robot", "what a robot looks like, from pictures of fixed cameras in which it stands at different places");
+void add_calibrate_robot(Command& calibrate) {
+    Command robot = calibrate.add_command("robot", "what a robot looks like, from pictures of fixed cameras in which it stands at different places");
     auto arguments = std::make_shared<RobotArguments>();
-    robot->add_option("SITE", arguments->session, "site file, or session folder; the robot's entry has its rough shape and size")->required();
-    robot->add_option("PICTURES", arguments->options.pictures, "of the camera, each a moment (default: what the cameras' sources have recorded)");
-    robot->add_option("--robot", arguments->robot, "which robot (default: the only one)");
-    add_repeatable(*robot, "--camera", arguments->options.cameras, "only this one is used (default: all fixed ones)");
-    add_repeatable(*robot, "--background", arguments->options.background,
-                   "pictures without the robot (default: as in the site file, or what is usual in the pictures themselves)");
-    robot->add_option("--turn", arguments->turn, "degrees by which to turn the learned body, so that its front points along x")
-        ->check(CLI::Range(-360.0, 360.0));
-    robot->add_option("-o,--output", arguments->output, "body file (default: ROBOT.body); a picture of it is written beside it");
-    robot->add_option("--picture", arguments->picture, "where to write the picture of the body");
-    robot->footer(
+    robot.option("SITE", arguments->session, "site file, or session folder; the robot's entry has its rough shape and size").required();
+    robot.option("PICTURES", arguments->options.pictures, "of the camera, each a moment (default: what the cameras' sources have recorded)");
+    robot.option("--robot", arguments->robot, "which robot (default: the only one)");
+    robot.repeatable("--camera", arguments->options.cameras, "only this one is used (default: all fixed ones)");
+    robot.repeatable("--background", arguments->options.background,
+                     "pictures without the robot (default: as in the site file, or what is usual in the pictures themselves)");
+    robot.option("--turn", arguments->turn, "degrees by which to turn the learned body, so that its front points along x").range(-360.0, 360.0);
+    robot.option("-o,--output", arguments->output, "body file (default: ROBOT.body); a picture of it is written beside it");
+    robot.option("--picture", arguments->picture, "where to write the picture of the body");
+    robot.footer(
         "Three stops are the least, ten at different places and headings are good; other things may lie around.\n"
         "Example: roomfix calibrate robot hall.yaml --robot cart --camera north --background empty/ stops/*.jpg -o cart.body");
-    robot->callback([=, &exit_code] { exit_code = calibrate_robot_command(*arguments); });
+    robot.on_run([=] { return calibrate_robot_command(*arguments); });
 }
 
 }  // namespace roomfix

@@ -13,7 +13,6 @@
 #include "roomfix/site/load_site.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "run_site.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -148,18 +147,18 @@ int calibrate_site_command(const SiteArguments& arguments) {
 
 }  // namespace
 
-void add_calibrate_site(CLI::App& calibrate, int& exit_code) {
-    auto* site = calibrate.add_subcommand(
+void add_calibrate_site(Command& calibrate) {
+    Command site = calibrate.add_command(
         "site", "all cameras at once, and the sigmas of robots' own senses, from a recorded session in which robots drive through what they see");
     auto arguments = std::make_shared<SiteArguments>();
-    site->add_option("SESSION", arguments->session, "session folder, or a site file whose sources are recordings")->required();
-    add_repeatable(*site, "--camera", arguments->cameras, "only this one is printed and written (default: all)");
-    add_recording_options(*site, arguments->background, arguments->threads);
-    add_write_options(*site, arguments->write);
-    site->footer(
+    site.option("SESSION", arguments->session, "session folder, or a site file whose sources are recordings").required();
+    site.repeatable("--camera", arguments->cameras, "only this one is printed and written (default: all)");
+    add_recording_options(site, arguments->background, arguments->threads);
+    add_write_options(site, arguments->write);
+    site.footer(
         "The site file's covariances count as what was known before: calibrate floor, mount and lens first, and use each session only once.\n"
         "Example: roomfix simulate li2014 -o /tmp/li2014 --duration 76 && roomfix calibrate site /tmp/li2014 --write");
-    site->callback([=, &exit_code] { exit_code = calibrate_site_command(*arguments); });
+    site.on_run([=] { return calibrate_site_command(*arguments); });
 }
 
 }  // namespace roomfix

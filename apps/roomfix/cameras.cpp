@@ -60,13 +60,13 @@ int cameras(Arguments arguments) {
 
 }  // namespace
 
-void add_cameras(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("cameras", "lists the cameras of this machine and looks at those on the network");
+void add_cameras(Command& program) {
+    Command command = program.add_command("cameras", "lists the cameras of this machine and looks at those on the network");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("CAMERA", arguments->sources, "cameras to look at: addresses (rtsp://..., http://...) or devices (default: lists this machine's)");
-    command->add_option("--picture", arguments->picture, "file (.jpg, .png) for a picture of the first camera that gives one");
-    command->footer("Example: roomfix cameras --picture test.png");
-    command->callback([=, &exit_code] { exit_code = cameras(*arguments); });
+    command.option("CAMERA", arguments->sources, "cameras to look at: addresses (rtsp://..., http://...) or devices (default: lists this machine's)");
+    command.option("--picture", arguments->picture, "file (.jpg, .png) for a picture of the first camera that gives one");
+    command.footer("Example: roomfix cameras --picture test.png");
+    command.on_run([=] { return cameras(*arguments); });
 }
 
 }  // namespace roomfix

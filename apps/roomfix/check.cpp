@@ -34,12 +34,12 @@ int check(const std::string& file) {
 
 }  // namespace
 
-void add_check(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("check", "everything wrong with a site file, with line and column");
+void add_check(Command& program) {
+    Command command = program.add_command("check", "everything wrong with a site file, with line and column");
     auto file = std::make_shared<std::string>();
-    command->add_option("SITE", *file, "site file")->required();
-    command->footer("Example: roomfix check examples/hall/site.yaml");
-    command->callback([=, &exit_code] { exit_code = check(*file); });
+    command.option("SITE", *file, "site file").required();
+    command.footer("Example: roomfix check examples/hall/site.yaml");
+    command.on_run([=] { return check(*file); });
 }
 
 }  // namespace roomfix

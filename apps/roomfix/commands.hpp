@@ -1,26 +1,22 @@
-// The sub-commands. Each adds itself to the command line and stores its exit code when it runs.
+// The sub-commands. Each adds itself to the command line.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "command_line.hpp"
 
 namespace roomfix {
 
-constexpr int done = 0;
-constexpr int failed = 1;
-constexpr int bad_input = 2;
-
-void add_demo(CLI::App& app, int& exit_code);
-void add_run(CLI::App& app, int& exit_code);
-void add_replay(CLI::App& app, int& exit_code);
-void add_evaluate(CLI::App& app, int& exit_code);
-void add_export(CLI::App& app, int& exit_code);
-void add_fix(CLI::App& app, int& exit_code);
-void add_simulate(CLI::App& app, int& exit_code);
-void add_reproduce(CLI::App& app, int& exit_code);
-void add_calibrate(CLI::App& app, int& exit_code);
-void add_check(CLI::App& app, int& exit_code);
-void add_cameras(CLI::App& app, int& exit_code);
-void add_doctor(CLI::App& app, int& exit_code);
-void add_init(CLI::App& app, int& exit_code);
+void add_demo(Command& program);
+void add_run(Command& program);
+void add_replay(Command& program);
+void add_evaluate(Command& program);
+void add_export(Command& program);
+void add_fix(Command& program);
+void add_simulate(Command& program);
+void add_reproduce(Command& program);
+void add_calibrate(Command& program);
+void add_check(Command& program);
+void add_cameras(Command& program);
+void add_doctor(Command& program);
+void add_init(Command& program);
 
 }  // namespace roomfix

@@ -20,7 +20,7 @@ namespace roomfix {
 namespace {
 
 struct Arguments {
-    LogLevel log_level = LogLevel::info;
+    std::string log_level = "info";
     WebOutput web;
     std::string fixes;
     double seconds = 0;
@@ -153,22 +153,18 @@ int demo(const Arguments& arguments) {
 
 }  // namespace
 
-void add_demo(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("demo", "a rendered building with robots, found live, on a map in the browser");
+void add_demo(Command& program) {
+    Command command = program.add_command("demo", "a rendered building with robots, found live, on a map in the browser");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("--host", arguments->web.host, "address to serve the page on")->capture_default_str();
-    command->add_option("--port", arguments->web.port, "port of the page; 0 picks a free one")->capture_default_str()->check(CLI::Range(0, 65535));
-    command->add_flag("--insecure", arguments->web.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
-    command->add_option("--fixes", arguments->fixes, "file for the fixes; - for stdout");
-    command->add_option("--seconds", arguments->seconds, "end by itself after that long");
-    command->add_option("--seed", arguments->seed, "of noise, clicks and sizes")->capture_default_str();
-    add_log_level(*command, arguments->log_level);
-    command->footer("Example: roomfix demo --port 8090");
-    command->callback([=, &exit_code] {
-        begin_log(arguments->log_level);
-        exit_code = demo(*arguments);
-        end_log();
-    });
+    command.option("--host", arguments->web.host, "address to serve the page on").show_default();
+    command.option("--port", arguments->web.port, "port of the page; 0 picks a free one").show_default().range(0, 65535);
+    command.flag("--insecure", arguments->web.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
+    command.option("--fixes", arguments->fixes, "file for the fixes; - for stdout");
+    command.option("--seconds", arguments->seconds, "end by itself after that long");
+    command.option("--seed", arguments->seed, "of noise, clicks and sizes").show_default();
+    add_log_level(command, arguments->log_level);
+    command.footer("Example: roomfix demo --port 8090");
+    command.on_run([=] { return with_log(arguments->log_level, [&] { return demo(*arguments); }); });
 }
 
 }  // namespace roomfix

@@ -35,12 +35,12 @@ int doctor(const std::string& file) {
 
 }  // namespace
 
-void add_doctor(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("doctor", "tries all that a site file names: cameras, senses, ports, brokers, databases, disks");
+void add_doctor(Command& program) {
+    Command command = program.add_command("doctor", "tries all that a site file names: cameras, senses, ports, brokers, databases, disks");
     auto site = std::make_shared<std::string>();
-    command->add_option("SITE", *site, "site file")->required();
-    command->footer("Example: roomfix doctor site.yaml");
-    command->callback([=, &exit_code] { exit_code = doctor(*site); });
+    command.option("SITE", *site, "site file").required();
+    command.footer("Example: roomfix doctor site.yaml");
+    command.on_run([=] { return doctor(*site); });
 }
 
 }  // namespace roomfix

@@ -120,27 +120,27 @@ int evaluate(const Arguments& arguments) {
 
 }  // namespace
 
-void add_evaluate(CLI::App& app, int& exit_code) {
-    auto* command =
-        app.add_subcommand("evaluate", "fixes beside the truth: errors, consistency, availability, identity switches, GOSPA, IDF1, HOTA, unknown things");
+void add_evaluate(Command& program) {
+    Command command =
+        program.add_command("evaluate", "fixes beside the truth: errors, consistency, availability, identity switches, GOSPA, IDF1, HOTA, unknown things");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("FIXES", arguments->fixes, "file of fixes, as 'run' and 'replay' write it")->required();
+    command.option("FIXES", arguments->fixes, "file of fixes, as 'run' and 'replay' write it").required();
     command
-        ->add_option("--truth", arguments->truth,
-                     "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether; robot unknown-1, ... is a person or a thing")
-        ->required();
-    command->add_option("--point", arguments->point, "X,Y,Z: the truth is about this point of the robot (m; x forward, y left, z up) and not about its middle");
-    command->add_option("--session", arguments->session,
-                        "session folder of the fixes: says how far they are from the best that its sources allow, and which stated sigmas are too small");
-    command->add_option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
-    command->add_option("--json", arguments->json, "the same figures as JSON");
-    command->add_option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");
-    command->add_option("--symmetry-deg", arguments->symmetry_deg, "yaws that far apart count as the same: 180 for a box whose front nobody can tell")
-        ->check(CLI::Range(0.0, 360.0));
-    command->add_option("--cutoff", arguments->cutoff, "m: a fix that is farther from a robot is not about it, in GOSPA, IDF1 and HOTA (default 1)")
-        ->check(CLI::Range(0.01, 100.0));
-    command->footer("Example: roomfix evaluate fixes.jsonl --truth session/truth.csv --report errors.html");
-    command->callback([=, &exit_code] { exit_code = evaluate(*arguments); });
+        .option("--truth", arguments->truth,
+                "CSV with time,robot,x,y,yaw; yaw may be empty, or missing altogether; robot unknown-1, ... is a person or a thing")
+        .required();
+    command.option("--point", arguments->point, "X,Y,Z: the truth is about this point of the robot (m; x forward, y left, z up) and not about its middle");
+    command.option("--session", arguments->session,
+                   "session folder of the fixes: says how far they are from the best that its sources allow, and which stated sigmas are too small");
+    command.option("--report", arguments->report, "page to write: tables, map, plots, all in one HTML file");
+    command.option("--json", arguments->json, "the same figures as JSON");
+    command.option("--tum", arguments->tum, "folder for the poses in TUM format, which the tool evo reads");
+    command.option("--symmetry-deg", arguments->symmetry_deg, "yaws that far apart count as the same: 180 for a box whose front nobody can tell")
+        .range(0.0, 360.0);
+    command.option("--cutoff", arguments->cutoff, "m: a fix that is farther from a robot is not about it, in GOSPA, IDF1 and HOTA (default 1)")
+        .range(0.01, 100.0);
+    command.footer("Example: roomfix evaluate fixes.jsonl --truth session/truth.csv --report errors.html");
+    command.on_run([=] { return evaluate(*arguments); });
 }
 
 }  // namespace roomfix

@@ -80,17 +80,16 @@ int run_export(const Arguments& arguments) {
 
 }  // namespace
 
-void add_export(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("export", "a session as ROS 2 messages in one MCAP file, or as a folder that rosbag2 plays");
+void add_export(Command& program) {
+    Command command = program.add_command("export", "a session as ROS 2 messages in one MCAP file, or as a folder that rosbag2 plays");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("SESSION", arguments->session, "session folder")->required();
-    command->add_option("--fixes", arguments->fixes, "file of fixes (default: the session's fixes.jsonl)");
-    auto* file = command->add_option_group("where to");
-    file->add_option("--mcap", arguments->mcap, "file to write");
-    file->add_option("--bag", arguments->bag, "folder to make, which must not exist yet");
-    file->require_option(1);
-    command->footer("Example: roomfix export session --mcap session.mcap");
-    command->callback([=, &exit_code] { exit_code = run_export(*arguments); });
+    command.option("SESSION", arguments->session, "session folder").required();
+    command.option("--fixes", arguments->fixes, "file of fixes (default: the session's fixes.jsonl)");
+    Command file = command.add_choice("where to");
+    file.option("--mcap", arguments->mcap, "file to write");
+    file.option("--bag", arguments->bag, "folder to make, which must not exist yet");
+    command.footer("Example: roomfix export session --mcap session.mcap");
+    command.on_run([=] { return run_export(*arguments); });
 }
 
 }  // namespace roomfix

@@ -9,7 +9,6 @@
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/pipeline/single_shot.hpp"
 #include "roomfix/site/load_site.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -83,26 +82,24 @@ int fix_images(const Arguments& arguments) {
 
 }  // namespace
 
-void add_fix(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("fix", "single pictures, no tracking: one JSON line per robot on stdout");
+void add_fix(Command& program) {
+    Command command = program.add_command("fix", "single pictures, no tracking: one JSON line per robot on stdout");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("SITE", arguments->site, "site file")->required();
-    command->add_option("--camera", arguments->camera, "which camera took the pictures")->required();
-    command->add_option("IMAGE", arguments->images, "pictures")->required();
-    add_repeatable(*command, "--background", arguments->options.background, "picture, folder or video without robots");
-    command->add_option("--method", arguments->method, "ours, or the paper's as published")->check(CLI::IsMember({"ours", "published"}))->capture_default_str();
-    command->add_option("--ranges", arguments->options.ranges,
-                        "camera on a robot: ranges heard by the same robot, CSV, JSON lines or a Cricket listener's log");
-    command->add_option("--landmark", arguments->options.landmark, "camera on a robot: which landmark is in view, where you know it");
-    command->add_option("--corner", arguments->options.corner, "camera that looks for corners: which one is in view, where you know it");
-    command
-        ->add_option("--heading-deg", arguments->heading_deg, "camera that looks for corners: where it looks, roughly, counter-clockwise from the map's x axis")
-        ->check(CLI::Range(-360.0, 360.0));
-    command->add_option("--overlay", arguments->overlay, "folder for pictures with the found robots drawn in");
-    command->footer(
+    command.option("SITE", arguments->site, "site file").required();
+    command.option("--camera", arguments->camera, "which camera took the pictures").required();
+    command.option("IMAGE", arguments->images, "pictures").required();
+    command.repeatable("--background", arguments->options.background, "picture, folder or video without robots");
+    command.option("--method", arguments->method, "ours, or the paper's as published").one_of({"ours", "published"}).show_default();
+    command.option("--ranges", arguments->options.ranges, "camera on a robot: ranges heard by the same robot, CSV, JSON lines or a Cricket listener's log");
+    command.option("--landmark", arguments->options.landmark, "camera on a robot: which landmark is in view, where you know it");
+    command.option("--corner", arguments->options.corner, "camera that looks for corners: which one is in view, where you know it");
+    command.option("--heading-deg", arguments->heading_deg, "camera that looks for corners: where it looks, roughly, counter-clockwise from the map's x axis")
+        .range(-360.0, 360.0);
+    command.option("--overlay", arguments->overlay, "folder for pictures with the found robots drawn in");
+    command.footer(
         "Example: roomfix simulate kim2011 -o /tmp/kim --duration 1 && roomfix fix /tmp/kim/site.yaml --camera up --ranges /tmp/kim/ranges.csv "
         "/tmp/kim/frames/up/*.jpg");
-    command->callback([=, &exit_code] { exit_code = fix_images(*arguments); });
+    command.on_run([=] { return fix_images(*arguments); });
 }
 
 }  // namespace roomfix

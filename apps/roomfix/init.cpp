@@ -91,14 +91,13 @@ int init(const Arguments& arguments) {
 
 }  // namespace
 
-void add_init(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("init", "asks a few questions, looks through the cameras and writes a first site file");
+void add_init(Command& program) {
+    Command command = program.add_command("init", "asks a few questions, looks through the cameras and writes a first site file");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("CAMERA", arguments->cameras,
-                        "cameras: devices, addresses (rtsp://..., http://...) or recordings (default: asks for each of this machine)");
-    command->add_option("-o,--output", arguments->file, "site file to write")->capture_default_str();
-    command->footer("Example: roomfix init -o site.yaml rtsp://192.168.1.20/stream1");
-    command->callback([=, &exit_code] { exit_code = init(*arguments); });
+    command.option("CAMERA", arguments->cameras, "cameras: devices, addresses (rtsp://..., http://...) or recordings (default: asks for each of this machine)");
+    command.option("-o,--output", arguments->file, "site file to write").show_default();
+    command.footer("Example: roomfix init -o site.yaml rtsp://192.168.1.20/stream1");
+    command.on_run([=] { return init(*arguments); });
 }
 
 }  // namespace roomfix

@@ -90,18 +90,19 @@ Log& the_log() {
 
 }  // namespace
 
-void add_log_level(CLI::App& command, LogLevel& level) {
-    static const std::map<std::string, LogLevel> levels = {
-        {"debug", LogLevel::debug}, {"info", LogLevel::info}, {"warning", LogLevel::warning}, {"error", LogLevel::error}};
-    command
-        .add_option_function<std::string>(
-            "--log-level", [&level](const std::string& name) { level = levels.at(name); }, "what is told on stderr: debug, info (default), warning, error")
-        ->check(CLI::IsMember({"debug", "info", "warning", "error"}).description(""))
-        ->type_name("LEVEL");
+void add_log_level(Command& command, std::string& level) {
+    command.option("--log-level", level, "what is told on stderr").show_default().one_of({"debug", "info", "warning", "error"});
 }
 
-void begin_log(LogLevel level) { the_log().set_level(level); }
-void end_log() { the_log().tell_rest(); }
+int with_log(const std::string& level, const std::function<int()>& run) {
+    static const std::map<std::string, LogLevel> levels = {
+        {"debug", LogLevel::debug}, {"info", LogLevel::info}, {"warning", LogLevel::warning}, {"error", LogLevel::error}};
+    the_log().set_level(levels.at(level));
+    const int exit_code = run();
+    the_log().tell_rest();
+    return exit_code;
+}
+
 void write_log(LogLevel level, const std::string& text) { the_log().take(level, text); }
 
 }  // namespace roomfix

@@ -1,20 +1,21 @@
 // What goes on while the program runs, with levels: plain in a terminal, with times in a file, with priorities in systemd's journal. All of it on stderr.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <functional>
 #include <string>
+
+#include "command_line.hpp"
 
 namespace roomfix {
 
 enum class LogLevel { debug, info, warning, error };
 
 /// Adds --log-level to a command.
-void add_log_level(CLI::App& command, LogLevel& level);
+void add_log_level(Command& command, std::string& level);
 
-/// From now on messages below this level are not told.
-void begin_log(LogLevel level);
-/// Tells what was held back as repeated. Nothing is held back after it.
-void end_log();
+/// What a command does, with messages of this level (as --log-level has it) and above. Messages that were held back as repeated are told at its end.
+/// Returns its exit code.
+int with_log(const std::string& level, const std::function<int()>& run);
 
 /// May be called from any thread. The same text again and again is told a few times a minute, with how often it was held back.
 void write_log(LogLevel level, const std::string& text);

@@ -67,32 +67,28 @@ int reproduce(Arguments arguments) {
 
 }  // namespace
 
-void add_reproduce(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("reproduce", "a paper's experiment: printed, its method as published, ours, the bound");
+void add_reproduce(Command& program) {
+    Command command = program.add_command("reproduce", "a paper's experiment: printed, its method as published, ours, the bound");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("PAPER", arguments->papers, "li2014, kim2011, chou1986 (default: all)")->check(CLI::IsMember({"li2014", "kim2011", "chou1986"}));
-    command->add_option("--seed", arguments->seed, "first seed")->capture_default_str();
-    command->add_option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 1000));
+    command.option("PAPER", arguments->papers, "li2014, kim2011, chou1986 (default: all)").one_of({"li2014", "kim2011", "chou1986"});
+    command.option("--seed", arguments->seed, "first seed").show_default();
+    command.option("--seeds", arguments->seeds, "how many seeds, each with its own noise, clicks and headings").show_default().range(1, 1000);
     command
-        ->add_option("--board-shots", arguments->board.shots,
-                     "rendered pictures of a board from which each lens is calibrated, before floor and mount are; 0: the true lens")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 1000));
-    command->add_flag("--flat-board", arguments->board.flat, "the board is printed exactly, flat and still instead of glued and held as people do it");
-    command->add_option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 10000));
-    command->add_option("--hidden", arguments->li2014.hidden, "li2014: part of the robot hidden behind something, 0..0.8")->check(CLI::Range(0.0, 0.8));
-    command->add_option("--light", arguments->li2014.light, "li2014: light against the background's, such as 0.85")->check(CLI::Range(0.2, 3.0));
-    command->add_flag("--scatter", arguments->li2014.scatter, "li2014: places around the test points instead of on them");
-    command->add_option("--samples", arguments->kim2011.samples, "kim2011: samples per position and seed")->capture_default_str()->check(CLI::Range(1, 100000));
-    command->add_option("--tilt-deg", arguments->tilt_deg, "kim2011: true tilt of the camera; a turn on the spot calibrates it")->check(CLI::Range(0.0, 5.0));
-    command->add_option("--late", arguments->kim2011.late, "kim2011: part of the ranges that come around a corner, 0..1")->check(CLI::Range(0.0, 1.0));
-    command->add_option("--plot", arguments->plot, "chou1986: SVG file for the paper's error study");
-    command->footer("Example: roomfix reproduce kim2011 --tilt-deg 0.5");
-    command->callback([=, &exit_code] { exit_code = reproduce(*arguments); });
+        .option("--board-shots", arguments->board.shots,
+                "rendered pictures of a board from which each lens is calibrated, before floor and mount are; 0: the true lens")
+        .show_default()
+        .range(0, 1000);
+    command.flag("--flat-board", arguments->board.flat, "the board is printed exactly, flat and still instead of glued and held as people do it");
+    command.option("--fixes", arguments->li2014.fixes_per_point, "li2014: fixes per test point and seed").show_default().range(1, 10000);
+    command.option("--hidden", arguments->li2014.hidden, "li2014: part of the robot hidden behind something, 0..0.8").range(0.0, 0.8);
+    command.option("--light", arguments->li2014.light, "li2014: light against the background's, such as 0.85").range(0.2, 3.0);
+    command.flag("--scatter", arguments->li2014.scatter, "li2014: places around the test points instead of on them");
+    command.option("--samples", arguments->kim2011.samples, "kim2011: samples per position and seed").show_default().range(1, 100000);
+    command.option("--tilt-deg", arguments->tilt_deg, "kim2011: true tilt of the camera; a turn on the spot calibrates it").range(0.0, 5.0);
+    command.option("--late", arguments->kim2011.late, "kim2011: part of the ranges that come around a corner, 0..1").range(0.0, 1.0);
+    command.option("--plot", arguments->plot, "chou1986: SVG file for the paper's error study");
+    command.footer("Example: roomfix reproduce kim2011 --tilt-deg 0.5");
+    command.on_run([=] { return reproduce(*arguments); });
 }
 
 }  // namespace roomfix

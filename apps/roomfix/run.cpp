@@ -11,14 +11,13 @@
 #include "roomfix/pipeline/site_watch.hpp"
 #include "roomfix/site/load_site.hpp"
 #include "run_site.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
 namespace {
 
 struct Arguments {
-    LogLevel log_level = LogLevel::info;
+    std::string log_level = "info";
     std::string site;
     bool no_page = false;
     RunOptions options;
@@ -65,35 +64,29 @@ int run(Arguments arguments) {
 
 }  // namespace
 
-void add_run(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("run", "opens a site's sources, finds its robots, serves the page");
+void add_run(Command& program) {
+    Command command = program.add_command("run", "opens a site's sources, finds its robots, serves the page");
     auto arguments = std::make_shared<Arguments>();
     arguments->options.run.on_time = true;
     arguments->options.run.threads = hardware_threads();
-    command->add_option("SITE", arguments->site, "site file")->required();
-    command->add_option("--fixes", arguments->options.fixes, "file for the fixes, one JSON object per line; - for stdout");
-    add_repeatable(*command, "--background", arguments->options.background, "picture, folder or video to learn the background from, for all cameras");
-    command->add_option("--speed", arguments->options.run.speed, "of recordings: 1 is real time, 0 as fast as it goes")
-        ->capture_default_str()
-        ->check(CLI::Range(0.0, 1000.0));
-    command->add_option("--host", arguments->options.host, "address to serve the page on (default 127.0.0.1: this machine only)");
-    command->add_option("--port", arguments->options.port, "port of the page (default 8080; 0 picks a free one)")->check(CLI::Range(0, 65535));
-    command->add_flag("--insecure", arguments->options.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
-    command->add_flag("--no-page", arguments->no_page, "do not serve the page");
-    command->add_option("--record", arguments->options.record.folder, "new folder for a session of all that comes, for `roomfix replay`");
-    command->add_option("--record-minutes", arguments->options.record.limits.minutes, "keep the last of them, in parts that are whole sessions")
-        ->check(CLI::Range(0.001, 1e7))
-        ->needs("--record");
-    command->add_option("--record-gigabytes", arguments->options.record.limits.gigabytes, "keep no more, in parts that are whole sessions; the oldest go")
-        ->check(CLI::Range(1e-6, 1e6))
-        ->needs("--record");
-    add_log_level(*command, arguments->log_level);
-    command->footer("Example: roomfix run examples/hall/site.yaml --fixes fixes.jsonl");
-    command->callback([=, &exit_code] {
-        begin_log(arguments->log_level);
-        exit_code = run(*arguments);
-        end_log();
-    });
+    command.option("SITE", arguments->site, "site file").required();
+    command.option("--fixes", arguments->options.fixes, "file for the fixes, one JSON object per line; - for stdout");
+    command.repeatable("--background", arguments->options.background, "picture, folder or video to learn the background from, for all cameras");
+    command.option("--speed", arguments->options.run.speed, "of recordings: 1 is real time, 0 as fast as it goes").show_default().range(0.0, 1000.0);
+    command.option("--host", arguments->options.host, "address to serve the page on (default 127.0.0.1: this machine only)");
+    command.option("--port", arguments->options.port, "port of the page (default 8080; 0 picks a free one)").range(0, 65535);
+    command.flag("--insecure", arguments->options.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
+    command.flag("--no-page", arguments->no_page, "do not serve the page");
+    command.option("--record", arguments->options.record.folder, "new folder for a session of all that comes, for `roomfix replay`");
+    command.option("--record-minutes", arguments->options.record.limits.minutes, "keep the last of them, in parts that are whole sessions")
+        .range(0.001, 1e7)
+        .needs("--record");
+    command.option("--record-gigabytes", arguments->options.record.limits.gigabytes, "keep no more, in parts that are whole sessions; the oldest go")
+        .range(1e-6, 1e6)
+        .needs("--record");
+    add_log_level(command, arguments->log_level);
+    command.footer("Example: roomfix run examples/hall/site.yaml --fixes fixes.jsonl");
+    command.on_run([=] { return with_log(arguments->log_level, [&] { return run(*arguments); }); });
 }
 
 }  // namespace roomfix

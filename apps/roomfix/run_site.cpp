@@ -15,17 +15,14 @@
 #include "roomfix/pipeline/session_content.hpp"
 #include "roomfix/pipeline/session_recorder.hpp"
 #include "roomfix/pipeline/site_sinks.hpp"
-#include "several_values.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
 
-void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads) {
+void add_recording_options(Command& command, std::vector<std::string>& background, int& threads) {
     threads = hardware_threads();
-    add_repeatable(command, "--background", background, "picture, folder or video to learn the background from, for all cameras");
-    command.add_option("--threads", threads, "that look at frames side by side; the result is the same with any number")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 256));
+    command.repeatable("--background", background, "picture, folder or video to learn the background from, for all cameras");
+    command.option("--threads", threads, "that look at frames side by side; the result is the same with any number").show_default().range(1, 256);
 }
 
 BackgroundListener background_on_terminal() {

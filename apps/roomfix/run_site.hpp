@@ -1,11 +1,11 @@
 // Runs a site to the end of its sources: what `run` and `replay` have in common.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/session_parts.hpp"
 #include "roomfix/pipeline/site_watch.hpp"
@@ -38,7 +38,7 @@ struct RunOptions {
 };
 
 /// Adds --background and --threads (by default all that the machine has) to a command that goes through a recording.
-void add_recording_options(CLI::App& command, std::vector<std::string>& background, int& threads);
+void add_recording_options(Command& command, std::vector<std::string>& background, int& threads);
 
 /// Progress bars on the terminal while backgrounds are learned.
 BackgroundListener background_on_terminal();

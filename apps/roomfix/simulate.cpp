@@ -37,19 +37,18 @@ int simulate(const Arguments& arguments) {
 
 }  // namespace
 
-void add_simulate(CLI::App& app, int& exit_code) {
-    auto* command = app.add_subcommand("simulate", "renders a session with exact truth");
+void add_simulate(Command& program) {
+    Command command = program.add_command("simulate", "renders a session with exact truth");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("SCENARIO", arguments->scenario, fmt::format("one of {}", fmt::join(scenario_names(), ", ")))->required();
-    command->add_option("-o,--output", arguments->folder, "session folder to write")->required();
-    command->add_option("--duration", arguments->session.duration, "seconds (default: the scenario's)")->check(CLI::Range(0.05, 36000.0));
-    command->add_option("--seed", arguments->session.seed, "noise, clicks, sizes")->capture_default_str();
-    command->add_option("--readout", arguments->readout, "seconds from the first row's exposure to the last row's: a rolling shutter")
-        ->check(CLI::Range(0.0, 0.2));
-    command->add_option("--speed", arguments->speed, "of all robots, m/s (default: the scenario's)")->check(CLI::Range(0.0, 5.0));
-    command->add_flag("--png", arguments->session.png, "lossless frames instead of JPEG");
-    command->footer("Example: roomfix simulate li2014 -o /tmp/li2014 --duration 10");
-    command->callback([=, &exit_code] { exit_code = simulate(*arguments); });
+    command.option("SCENARIO", arguments->scenario, fmt::format("one of {}", fmt::join(scenario_names(), ", "))).required();
+    command.option("-o,--output", arguments->folder, "session folder to write").required();
+    command.option("--duration", arguments->session.duration, "seconds (default: the scenario's)").range(0.05, 36000.0);
+    command.option("--seed", arguments->session.seed, "noise, clicks, sizes").show_default();
+    command.option("--readout", arguments->readout, "seconds from the first row's exposure to the last row's: a rolling shutter").range(0.0, 0.2);
+    command.option("--speed", arguments->speed, "of all robots, m/s (default: the scenario's)").range(0.0, 5.0);
+    command.flag("--png", arguments->session.png, "lossless frames instead of JPEG");
+    command.footer("Example: roomfix simulate li2014 -o /tmp/li2014 --duration 10");
+    command.on_run([=] { return simulate(*arguments); });
 }
 
 }  // namespace roomfix
