@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "roomfix/geometry/convex_hull.hpp"
-#include "roomfix/overhead/silhouette.hpp"
 #include "roomfix/site/body_parts.hpp"
 
 namespace roomfix {
@@ -97,6 +96,24 @@ Body body_of(const SiteRobot& robot) {
         body.symmetry = robot.parts.empty() ? shape_points(robot.shape, robot.size_sigma).symmetry : symmetry_of(robot.parts);
     }
     return body;
+}
+
+std::vector<ShapePoints> outline_parts(const SiteRobot& robot) {
+    if (robot.parts.empty()) return {shape_points(robot.shape, robot.size_sigma)};
+    const Body body = body_of(robot);
+    std::vector<ShapePoints> result;
+    for (const ConvexPart& part : body.parts) {
+        if (part.points.size() > ShapePoints::capacity) return {};
+        ShapePoints points;
+        std::copy(part.points.begin(), part.points.end(), points.points.begin());
+        points.count = static_cast<int>(part.points.size());
+        points.height = body.height;
+        points.radius = body.radius;
+        points.symmetry = body.symmetry;
+        points.size_sigma = body.size_sigma;
+        result.push_back(points);
+    }
+    return result;
 }
 
 void BodyMask::begin(int picture_width, int picture_height, int step) {

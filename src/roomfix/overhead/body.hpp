@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "roomfix/geometry/view.hpp"
+#include "roomfix/overhead/silhouette.hpp"
 #include "roomfix/site/learned_body.hpp"
 #include "roomfix/site/site.hpp"
 
@@ -32,6 +33,10 @@ struct Body {
 
 /// A robot's parts, or its shape as one part. Cylinders are prisms of 12 sides of the circle's mean radius.
 Body body_of(const SiteRobot& robot);
+
+/// A robot's parts, or its shape as one part, for fits of its outline: points of at most ShapePoints::capacity a part. Each states the height, radius,
+/// symmetry and size_sigma of the whole body. None where a part has more corners.
+std::vector<ShapePoints> outline_parts(const SiteRobot& robot);
 
 /// Pixels begin <= x < end of one row.
 struct Span {

@@ -35,7 +35,6 @@ struct Sample {
 struct Samples {
     std::array<Sample, most_samples> list;
     int count = 0;
-    int edges = 0;
     int total = 0;
     double spacing = 2;  // px along the outline from sample to sample
     std::span<Sample> all() { return {list.data(), static_cast<std::size_t>(count)}; }
@@ -49,54 +48,113 @@ bool hidden(const Eigen::Vector2d& pixel, std::span<const Silhouette> others) {
     return false;
 }
 
-/// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others.
-void place_samples(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& pose, const Silhouette& silhouette,
-                   std::span<const Silhouette> others, int most, Samples& samples) {
+/// The outlines of a body's parts at a pose.
+struct PartOutlines {
+    std::array<Silhouette, most_parts> list;
+    std::size_t count = 0;
+
+    /// False: some part is behind the camera or outside the lens model.
+    bool project(const View& view, std::span<const ShapePoints> parts, const Pose2& pose) {
+        count = std::min(parts.size(), list.size());
+        for (std::size_t i = 0; i < count; ++i) {
+            list[i] = project_silhouette(view, parts[i], pose);
+            if (!list[i].valid()) return false;
+        }
+        return count > 0;
+    }
+
+    /// Does the whole body end where a part does? Not where another part covers that place, or lies right beside it.
+    bool ends_with(std::size_t part, const Eigen::Vector2d& pixel, const Eigen::Vector2d& normal) const {
+        constexpr double touching = 1;  // px: sides of parts that stand on each other lie on one line
+        constexpr double beside = 3;    // px
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i == part) continue;
+            if (inside_polygon(list[i].polygon(), pixel, -touching) || inside_polygon(list[i].polygon(), pixel + beside * normal, -touching)) return false;
+        }
+        return true;
+    }
+};
+
+/// From corner to corner of a silhouette, with its normal outwards; both px.
+struct Side {
+    Eigen::Vector2d from, to, normal;
+};
+Side side_of(const Silhouette& silhouette, int number) {
+    const Eigen::Vector2d& from = silhouette.corners[static_cast<std::size_t>(number)];
+    const Eigen::Vector2d& to = silhouette.corners[static_cast<std::size_t>((number + 1) % silhouette.count)];
+    const Eigen::Vector2d along = (to - from).normalized();
+    return {from, to, {along.y(), -along.x()}};
+}
+
+/// Length of the whole body's outline, px.
+double length_of(const PartOutlines& outlines) {
+    constexpr int probes = 4;
+    double length = 0;
+    for (std::size_t part = 0; part < outlines.count; ++part) {
+        for (int i = 0; i < outlines.list[part].count; ++i) {
+            const Side side = side_of(outlines.list[part], i);
+            int outside = 0;
+            for (int k = 0; k < probes; ++k) outside += outlines.ends_with(part, side.from + (side.to - side.from) * ((k + 0.5) / probes), side.normal);
+            length += (side.to - side.from).norm() * outside / probes;
+        }
+    }
+    return length;
+}
+
+/// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others. False: the body is not all before the camera.
+bool place_samples(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const Pose2& pose, std::span<const Silhouette> others,
+                   int most, Samples& samples) {
     samples.count = 0;
     samples.total = 0;
-    samples.edges = silhouette.count;
-    double length = 0;
-    for (int i = 0; i < silhouette.count; ++i) {
-        const auto a = static_cast<std::size_t>(i);
-        length += (silhouette.corners[static_cast<std::size_t>((i + 1) % silhouette.count)] - silhouette.corners[a]).norm();
-    }
-    const double spacing = std::max(2.0, length / std::min(most, most_samples - ShapePoints::capacity));
-    const Eigen::Vector2d middle = polygon_centroid(silhouette.polygon());
+    PartOutlines outlines;
+    if (!outlines.project(view, parts, pose)) return false;
+    const double spacing = std::max(2.0, length_of(outlines) / std::min(most, most_samples - ShapePoints::capacity));
     const double width = evidence.frame.width - 1.0;
     const double height = evidence.frame.height - 1.0;
     samples.spacing = spacing;
     double carried = 0;  // sides shorter than the spacing share their samples
-    for (int i = 0; i < silhouette.count; ++i) {
-        const auto here = static_cast<std::size_t>(i);
-        const auto next = static_cast<std::size_t>((i + 1) % silhouette.count);
-        const double side = (silhouette.corners[next] - silhouette.corners[here]).norm();
-        const int count = static_cast<int>((side + carried) / spacing);
-        carried = side + carried - count * spacing;
-        if (count == 0) continue;
-        const Eigen::Vector3d from = body_point_map(shape, silhouette.indices[here], pose);
-        const Eigen::Vector3d to = body_point_map(shape, silhouette.indices[next], pose);
-        // Image points of even spacing are not even in space; good enough within one side.
-        for (int k = 0; k < count && samples.count < most_samples; ++k) {
-            ++samples.total;
-            const Eigen::Vector3d p = from + (to - from) * ((k + 0.5) / count);
-            ViewJacobian jacobian;
-            const auto pixel = project_map_point(view, p, &jacobian);
-            if (!pixel || pixel->x() < 3 || pixel->y() < 3 || pixel->x() > width - 3 || pixel->y() > height - 3) continue;
-            if (hidden(*pixel, others)) continue;
-            const Eigen::Vector2d tangent = (jacobian.by_point * (to - from)).normalized();
-            Sample& s = samples.list[static_cast<std::size_t>(samples.count++)];
-            s.pixel = *pixel;
-            s.normal = {tangent.y(), -tangent.x()};
-            if (s.normal.dot(*pixel - middle) < 0) s.normal = -s.normal;
-            const Eigen::RowVector3d along = s.normal.transpose() * jacobian.by_point;
-            s.by_state << along.x(), along.y(), along.y() * (p.x() - pose.x) - along.x() * (p.y() - pose.y), 1;
-            s.by_calibration = jacobian.by_calibration(view, Eigen::RowVector2d(s.normal.transpose()));
-            s.scale = along.norm();
-            s.edge = i;
-            s.on_floor = p.z() < 1e-6;
-            s.reading = {};
+    for (std::size_t part = 0; part < outlines.count; ++part) {
+        const Silhouette& silhouette = outlines.list[part];
+        const Eigen::Vector2d middle = polygon_centroid(silhouette.polygon());
+        for (int i = 0; i < silhouette.count; ++i) {
+            const auto here = static_cast<std::size_t>(i);
+            const auto next = static_cast<std::size_t>((i + 1) % silhouette.count);
+            const double side = (silhouette.corners[next] - silhouette.corners[here]).norm();
+            const int count = static_cast<int>((side + carried) / spacing);
+            carried = side + carried - count * spacing;
+            if (count == 0) continue;
+            const Eigen::Vector3d from = body_point_map(parts[part], silhouette.indices[here], pose);
+            const Eigen::Vector3d to = body_point_map(parts[part], silhouette.indices[next], pose);
+            // Image points of even spacing are not even in space; good enough within one side.
+            for (int k = 0; k < count && samples.count < most_samples; ++k) {
+                const Eigen::Vector3d p = from + (to - from) * ((k + 0.5) / count);
+                ViewJacobian jacobian;
+                const auto pixel = project_map_point(view, p, &jacobian);
+                if (!pixel) {
+                    ++samples.total;
+                    continue;
+                }
+                const Eigen::Vector2d tangent = (jacobian.by_point * (to - from)).normalized();
+                Eigen::Vector2d normal(tangent.y(), -tangent.x());
+                if (normal.dot(*pixel - middle) < 0) normal = -normal;
+                if (!outlines.ends_with(part, *pixel, normal)) continue;
+                ++samples.total;
+                if (pixel->x() < 3 || pixel->y() < 3 || pixel->x() > width - 3 || pixel->y() > height - 3) continue;
+                if (hidden(*pixel, others)) continue;
+                Sample& s = samples.list[static_cast<std::size_t>(samples.count++)];
+                s.pixel = *pixel;
+                s.normal = normal;
+                const Eigen::RowVector3d along = s.normal.transpose() * jacobian.by_point;
+                s.by_state << along.x(), along.y(), along.y() * (p.x() - pose.x) - along.x() * (p.y() - pose.y), 1;
+                s.by_calibration = jacobian.by_calibration(view, Eigen::RowVector2d(s.normal.transpose()));
+                s.scale = along.norm();
+                s.edge = static_cast<int>(part) * ShapePoints::capacity + i;
+                s.on_floor = p.z() < 1e-6;
+                s.reading = {};
+            }
         }
     }
+    return true;
 }
 
 /// Standard deviation of one reading, without what its edge has in common.
@@ -198,15 +256,19 @@ Vector4d solve_state(const Samples& samples, const ShapePoints& shape, const Out
     return state;
 }
 
-/// The evidence for an exact solid against a rough body, from how much of its outline shows an edge and from how far these are off.
-double exactness(const OutlineFit& fit, double independent, const OutlineFitSettings& settings) {
+/// Parts of an outline that show an edge: Beta distribution.
+struct Shown {
+    double edges, bare;
+};
+
+/// Nats for one of two explanations of an outline, from how much of it shows an edge and from how far these are off: with the other one they scatter
+/// `wider` than stated.
+double evidence_for(const Shown& one, const Shown& other, double wider, const OutlineFit& fit, double independent) {
     const double shown = independent * fit.supported;
     const double visible = independent * fit.visible;
-    const double exact = log_beta_evidence(shown, visible, settings.exact_shown, settings.exact_bare);
-    const double rough = log_beta_evidence(shown, visible, settings.rough_shown, settings.rough_bare);
-    const double wider = settings.rough_scatter * settings.rough_scatter;
-    const double scatter = shown * 0.5 * (std::log(wider) - fit.residual * fit.residual * (1 - 1 / wider));
-    return exact - rough + scatter;
+    const double share = log_beta_evidence(shown, visible, one.edges, one.bare) - log_beta_evidence(shown, visible, other.edges, other.bare);
+    const double variance = wider * wider;
+    return share + shown * 0.5 * (std::log(variance) - fit.residual * fit.residual * (1 - 1 / variance));
 }
 
 /// Counts what the readings say at the final pose.
@@ -256,24 +318,27 @@ void set_covariance(const Samples& samples, const ShapePoints& shape, const Outl
     fit.by_calibration = (inverse * normal.by_calibration).topRows<3>();
     fit.covariance = fit.pixel_covariance + fit.by_calibration * fit.by_calibration.transpose();
     fit.covariance = (0.5 * (fit.covariance + fit.covariance.transpose())).eval();
-    fit.exact = exactness(fit, std::min(1.0, samples.spacing / settings.edge_length), settings);
+    const double independent = std::min(1.0, samples.spacing / settings.edge_length);
+    fit.exact =
+        evidence_for({settings.exact_shown, settings.exact_bare}, {settings.rough_shown, settings.rough_bare}, settings.rough_scatter, fit, independent);
+    fit.right =
+        evidence_for({settings.right_shown, settings.right_bare}, {settings.wrong_shown, settings.wrong_bare}, settings.wrong_scatter, fit, independent);
     fit.determined = true;
 }
 
 }  // namespace
 
-OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start, std::span<const Silhouette> others,
-                       const OutlineFitSettings& settings) {
+OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const Pose2& start,
+                       std::span<const Silhouette> others, const OutlineFitSettings& settings) {
     OutlineFit fit;
     fit.pose = start;
+    const ShapePoints& shape = parts.front();
     Samples samples;
     double inset = 0;
     for (int round = 0; round <= settings.rounds; ++round) {
-        fit.silhouette = project_silhouette(view, shape, fit.pose);
-        if (!fit.silhouette.valid()) return fit;
         const double progress = std::min(1.0, static_cast<double>(round) / std::max(1, settings.coarse_rounds));
         const int most = progress < 1 ? settings.samples / 2 : settings.samples;  // half are enough to come near
-        place_samples(evidence, view, shape, fit.pose, fit.silhouette, others, most, samples);
+        if (!place_samples(evidence, view, parts, fit.pose, others, most, samples)) return fit;
         const int reach = settings.first_reach + static_cast<int>(std::lround(progress * (settings.last_reach - settings.first_reach)));
         read_edges(evidence, reach, samples);
         if (round == settings.rounds) break;
@@ -288,14 +353,20 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const Sh
     }
     judge(samples, shape, settings, fit);
     set_covariance(samples, shape, settings, inset, fit);
+    fit.silhouette = project_silhouette(view, shape, fit.pose);
     fit.pose.yaw = wrap_angle(fit.pose.yaw);
     return fit;
 }
 
-std::optional<Pose2> pose_behind_shadow(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFit& fit,
+OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start, std::span<const Silhouette> others,
+                       const OutlineFitSettings& settings) {
+    return fit_outline(evidence, view, std::span(&shape, 1), start, others, settings);
+}
+
+std::optional<Pose2> pose_behind_shadow(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const OutlineFit& fit,
                                         const OutlineFitSettings& settings) {
     Samples samples;
-    place_samples(evidence, view, shape, fit.pose, fit.silhouette, {}, settings.samples, samples);
+    if (!place_samples(evidence, view, parts, fit.pose, {}, settings.samples, samples)) return std::nullopt;
     // Least squares over how far in the next edge is.
     Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -325,7 +396,7 @@ OutlineFit fit_area(const FrameEvidence& evidence, const View& view, const Shape
     fit.silhouette = project_silhouette(view, shape, pose);
     if (!fit.silhouette.valid()) return fit;
     Samples samples;
-    place_samples(evidence, view, shape, pose, fit.silhouette, {}, settings.samples, samples);
+    place_samples(evidence, view, std::span(&shape, 1), pose, {}, settings.samples, samples);
     read_edges(evidence, settings.last_reach, samples);
     judge(samples, shape, settings, fit);
     OutlineFitSettings coarse = settings;

@@ -8,6 +8,7 @@
 
 #include "roomfix/imaging/background_model.hpp"
 #include "roomfix/overhead/silhouette.hpp"
+#include "roomfix/site/body_parts.hpp"
 
 namespace roomfix {
 
@@ -40,6 +41,11 @@ struct OutlineFitSettings {
     double exact_shown = 17, exact_bare = 3;
     double rough_shown = 3, rough_bare = 2;
     double rough_scatter = 1.45;
+    // A robot about as described that stands at the pose, beside one that stands elsewhere or is turned otherwise, which the fit has brought to whatever
+    // edges there are: the same of the part that shows an edge, and how much wider these scatter.
+    double right_shown = 7.5, right_bare = 2.5;
+    double wrong_shown = 8.5, wrong_bare = 11.5;
+    double wrong_scatter = 1.6;
 };
 
 struct OutlineFit {
@@ -59,18 +65,24 @@ struct OutlineFit {
     double score = 0;         // -1..1: how well the picture agrees
     double edges = 0;         // nats by which the edges found speak for the outline, against edges that lie anywhere by chance
     double exact = 0;         // nats by which the picture shows the very solid, and not a robot that is only about so large
+    double right = 0;         // nats by which the picture shows a robot about as described at this pose, and not at another one
     bool determined = false;  // enough edges to fix all unknowns
 };
 
 /// Fits x, y and yaw, starting at `start`, to the edges of frame / background along the predicted outline. Edges between lit
 /// or shadowed floor and something else count; inside `others` (outlines of other robots, px) nothing is looked at.
 /// The covariance holds pixel noise, errors shared along each edge, the body's size error and the view's calibration.
+/// `parts`: of one body, up to `most_parts`; only where all of them together end is an edge expected. What is said of the whole body (radius,
+/// symmetry, size_sigma) is taken from the first one. The silhouette of the result is that of the first one, too.
+OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const Pose2& start,
+                       std::span<const Silhouette> others, const OutlineFitSettings& settings = {});
+/// Of a body of one part.
 OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const Pose2& start, std::span<const Silhouette> others,
                        const OutlineFitSettings& settings = {});
 
 /// A shadow before the body may have a border just as straight as the body's own lower edge. If there is another edge farther in along most of
-/// the lower edges that `fit` took for the body's: the pose at which they would be the body's. `view` and `shape` as for the fit.
-std::optional<Pose2> pose_behind_shadow(const FrameEvidence& evidence, const View& view, const ShapePoints& shape, const OutlineFit& fit,
+/// the lower edges that `fit` took for the body's: the pose at which they would be the body's. `view` and `parts` as for the fit.
+std::optional<Pose2> pose_behind_shadow(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const OutlineFit& fit,
                                         const OutlineFitSettings& settings = {});
 
 /// For bodies whose outline is no exact solid's (people, loads): takes the pose as it is, found by its area, and states how

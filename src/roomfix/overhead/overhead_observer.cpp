@@ -35,6 +35,7 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
     : view_(view), robots_(robots), settings_(settings), bodies_(robots, settings.body) {
     for (const SiteRobot& robot : robots) {
         shapes_.push_back(shape_points(robot.shape, robot.many ? std::max(robot.size_sigma, soft_size) : robot.size_sigma));
+        parts_.push_back(robot.learned ? std::vector<ShapePoints>() : outline_parts(robot));
     }
     for (const Cylinder& thing : settings.body.things) shapes_.push_back(shape_points(thing, settings.body.things_sigma));
     exact_.assign(robots.size(), 0.0);
@@ -121,8 +122,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
 /// The outline of a robot whose body was found: exact to a fraction of a pixel where the robot is the solid that the site file says.
 std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
     const auto r = static_cast<std::size_t>(sighting.robot);
-    const ShapePoints& shape = shapes_[r];
-    if (!robots_[r].parts.empty() || shape.size_sigma >= soft_size) return std::nullopt;
+    if (parts_[r].empty() || parts_[r].front().size_sigma >= soft_size) return std::nullopt;
     if (!may_be_exact(sighting.robot) && !expected_.search) return std::nullopt;
     const auto distance = [&](const Pose2& pose) { return std::hypot(pose.x - view_.position().x(), pose.y - view_.position().y()); };
     others_.clear();
@@ -131,22 +131,14 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
         others_.push_back(project_silhouette(view_, shapes_[static_cast<std::size_t>(other.robot)], other.pose));
     }
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
-    const ForegroundMasks masks{&foreground_.mask, &foreground_.shadow};
-    std::optional<Found> best;
-    const auto attempt = [&](const BodyPlace& place) {
-        Found found{sighting.robot};
-        found.fit = fit_outline(evidence, view_, shape, place.pose, others_, settings_.fit);
-        if (!found.fit.determined || (best && found.fit.score <= best->fit.score) || may_stand_behind(evidence, shape, found.fit)) return;
-        const Eigen::Vector2d off(found.fit.pose.x - place.pose.x, found.fit.pose.y - place.pose.y);
-        const Eigen::Matrix2d spread = (place.covariance + found.fit.covariance).topLeftCorner<2, 2>();
-        if (off.dot(spread.inverse() * off) > settings_.expected_gate) return;
-        found.coarse = coarse_agreement(masks, view_, shape, found.fit.pose, {});
-        if (acceptable(found)) best = found;
-    };
-    attempt(sighting.place);
-    for (const BodyPlace& other : sighting.others) attempt(other);
+    if (parts_[r].size() > 1) return outline_of_parts(evidence, sighting);
+    std::optional<OutlineFit> best = fit_near(evidence, sighting.robot, sighting.place);
+    for (const BodyPlace& other : sighting.others) {
+        const std::optional<OutlineFit> fit = fit_near(evidence, sighting.robot, other);
+        if (fit && (!best || fit->score > best->score)) best = fit;
+    }
     if (!best) return std::nullopt;
-    SilhouetteObservation outline = observation_of(*best);
+    SilhouetteObservation outline = observation_of({.robot = sighting.robot, .fit = *best});
     note_outline(outline);
     if (is_exact(outline)) return outline;
     if (own_exactness(outline.robot) < settings_.surely_exact) return std::nullopt;
@@ -154,6 +146,105 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     outline.covariance += sighting.place.covariance;
     outline.lasting = sighting.place.lasting;
     return outline;
+}
+
+/// The outline of a robot near a place where its body was found; nothing where it does not convince.
+std::optional<OutlineFit> OverheadObserver::fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place) {
+    const std::vector<ShapePoints>& parts = parts_[static_cast<std::size_t>(robot)];
+    Found found{robot};
+    found.fit = fit_outline(evidence, view_, parts, place.pose, others_, settings_.fit);
+    if (!found.fit.determined || may_stand_behind(evidence, parts, found.fit)) return std::nullopt;
+    const Eigen::Vector2d off(found.fit.pose.x - place.pose.x, found.fit.pose.y - place.pose.y);
+    const Eigen::Matrix2d spread = (place.covariance + found.fit.covariance).topLeftCorner<2, 2>();
+    if (off.dot(spread.inverse() * off) > settings_.expected_gate) return std::nullopt;
+    const ForegroundMasks masks{&foreground_.mask, &foreground_.shadow};
+    found.coarse = coarse_agreement(masks, view_, parts.front(), found.fit.pose, {});
+    return acceptable(found) ? std::optional(found.fit) : std::nullopt;
+}
+
+/// The outline of a body of several parts, in all turns where nobody knows how it stands: exactly as described, or about so.
+std::optional<SilhouetteObservation> OverheadObserver::outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting) {
+    const int robot = sighting.robot;
+    const std::vector<ShapePoints>& parts = parts_[static_cast<std::size_t>(robot)];
+    rough_ = parts;
+    rough_.front().size_sigma = std::hypot(parts.front().size_sigma, settings_.rough_parts);
+    turned_.clear();
+    const auto expected = std::find_if(expected_.robots.begin(), expected_.robots.end(), [&](const PoseObservation& e) { return e.robot == robot; });
+    const bool turn_known = expected != expected_.robots.end() && expected->yaw_known && expected->covariance(2, 2) < std::pow(settings_.turn_known, 2);
+    const double start = turn_known ? expected->pose.yaw : sighting.place.pose.yaw;
+    const int turns = turn_known || parts.front().round() ? 1 : settings_.outline_turns;
+    for (int i = 0; i < turns; ++i) fit_parts(evidence, sighting.place, start + i * parts.front().symmetry / turns);
+    for (const BodyPlace& other : sighting.others) fit_parts(evidence, other, other.pose.yaw);
+    if (turned_.empty()) return std::nullopt;
+    std::sort(turned_.begin(), turned_.end(), [](const OutlineFit& a, const OutlineFit& b) { return a.right > b.right; });
+    const OutlineFit exact = fit_outline(evidence, view_, parts, turned_.front().pose, others_, settings_.fit);
+    if (exact.determined && exact.score >= settings_.least_score && !may_stand_behind(evidence, parts, exact)) {
+        const SilhouetteObservation outline = observation_of({.robot = robot, .fit = exact});
+        note_outline(outline);
+        if (is_exact(outline)) return outline;
+    }
+    if (turned_.front().right + settings_.described < 0) return std::nullopt;
+    return weighed_outlines(sighting);
+}
+
+/// Tries the outline of `rough_` at a place, turned to `yaw`.
+void OverheadObserver::fit_parts(const FrameEvidence& evidence, const BodyPlace& place, double yaw) {
+    const OutlineFit fit = fit_outline(evidence, view_, rough_, {place.pose.x, place.pose.y, yaw}, others_, settings_.fit);
+    if (!fit.determined || !enough_in_view(fit)) return;
+    const Eigen::Vector2d off(fit.pose.x - place.pose.x, fit.pose.y - place.pose.y);
+    const Eigen::Matrix2d spread = (place.covariance + fit.covariance).topLeftCorner<2, 2>();
+    if (off.dot(spread.inverse() * off) > settings_.expected_gate) return;
+    const bool known = std::any_of(turned_.begin(), turned_.end(), [&](const OutlineFit& other) {
+        const Eigen::Vector3d apart = pose_difference(fit.pose, other.pose, rough_.front());
+        return apart.dot((fit.covariance + other.covariance).inverse() * apart) < settings_.expected_gate;
+    });
+    if (!known) turned_.push_back(fit);
+}
+
+/// What `turned_` says together: each outline by how likely it is, and for the rest the place that the body's area tells.
+SilhouetteObservation OverheadObserver::weighed_outlines(const BodySighting& sighting) const {
+    const OutlineFit& best = turned_.front();
+    const ShapePoints& shape = rough_.front();
+    double all = std::exp(-settings_.described - best.right);
+    for (const OutlineFit& fit : turned_) all += std::exp(fit.right - best.right);
+    const auto add = [&](double weight, const Pose2& pose, const Eigen::Matrix3d& covariance, Eigen::Matrix3d& sum) {
+        const Eigen::Vector3d off = pose_difference(best.pose, pose, shape);
+        sum += weight * (covariance + off * off.transpose());
+    };
+    Eigen::Matrix3d area = sighting.place.covariance;
+    const double turned = shape.round() ? 2 * std::numbers::pi : shape.symmetry;
+    const double any_turn = turned * turned / 12;
+    if (area(2, 2) > any_turn) {  // it is turned in any way
+        area.row(2).setZero();
+        area.col(2).setZero();
+        area(2, 2) = any_turn;
+    }
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    add(std::exp(-settings_.described - best.right) / all, sighting.place.pose, area, covariance);
+    for (const OutlineFit& fit : turned_) add(std::exp(fit.right - best.right) / all, fit.pose, fit.covariance, covariance);
+    SilhouetteObservation observation = observation_of({.robot = sighting.robot, .fit = best});
+    observation.covariance = covariance;
+    observation.kinds = sighting.kinds;
+    const Eigen::LLT<Eigen::Matrix3d> root(settings_.lasting * best.pixel_covariance);
+    observation.lasting.root = root.matrixL();
+    if (shape.round()) observation.lasting.root.row(2).setZero();
+    observation.lasting.only_camera = sighting.place.lasting.only_camera;
+    for (const OutlineFit& fit : turned_) {
+        const double weight = std::exp(fit.right - best.right) / all;
+        const std::size_t alike = static_cast<std::size_t>(observation.like_turns);
+        if (&fit == &best || weight < 0.05 || observation.hypotheses.size() + alike > observation.hypotheses.capacity()) continue;
+        for (std::size_t i = 0; i < alike; ++i) {
+            observation.hypotheses.push_back(
+                {{fit.pose.x, fit.pose.y, wrap_angle(fit.pose.yaw + static_cast<double>(i) * shape.symmetry)}, weight / static_cast<double>(alike)});
+        }
+    }
+    double weights = 0;
+    for (std::size_t i = 0; i < observation.hypotheses.size(); ++i) {
+        if (i < static_cast<std::size_t>(observation.like_turns)) observation.hypotheses[i].weight = 1 / all / observation.like_turns;
+        weights += observation.hypotheses[i].weight;
+    }
+    for (PoseHypothesis& hypothesis : observation.hypotheses) hypothesis.weight /= weights;
+    return observation;
 }
 
 /// Whether a kind of robot is the solid that the site file describes shows over many frames; one in which it is partly hidden says little.
@@ -207,7 +298,7 @@ void OverheadObserver::find_expected(const FrameEvidence& evidence) {
         found.fit = fit_outline(evidence, view_, shape, expected.pose, {}, settings_.fit);
         if (!found.fit.determined || !is_where_expected(found, expected)) continue;
         found.coarse = coarse_agreement(masks_, view_, shape, found.fit.pose, {});
-        if (found.fit.score >= settings_.good_score && !may_stand_behind(evidence, shape, found.fit) && acceptable(found)) {
+        if (found.fit.score >= settings_.good_score && !may_stand_behind(evidence, std::span(&shape, 1), found.fit) && acceptable(found)) {
             found_.push_back(found);
         } else if (exactness(found.robot) > settings_.surely_exact && found.coarse.filled() > settings_.least_filled) {
             doubtful_.push_back(found);
@@ -284,7 +375,7 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
         if (too_small) return best;
         if (best.coarse.filled() > 0.7 && best.coarse.missing < 0.2 * best.coarse.inside.area) {
             best.fit = fit_outline(evidence, view_, shape, best.coarse.pose, {}, settings_.fit);
-            if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, shape, best.fit)) return best;
+            if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, std::span(&shape, 1), best.fit)) return best;
         }
     }
     // The search takes long: so many in a frame, and where bodies are found, too, only for robots that were seen to be exact.
@@ -302,10 +393,10 @@ OverheadObserver::Found OverheadObserver::best_fit(const FrameEvidence& evidence
 }
 
 /// Could the lower edge that the fit found be the border of the robot's shadow, and the robot stand farther in?
-bool OverheadObserver::may_stand_behind(const FrameEvidence& evidence, const ShapePoints& shape, const OutlineFit& fit) const {
+bool OverheadObserver::may_stand_behind(const FrameEvidence& evidence, std::span<const ShapePoints> parts, const OutlineFit& fit) const {
     if (fit.into_shadow < settings_.least_into_shadow) return false;
-    const auto behind = pose_behind_shadow(evidence, view_, shape, fit, settings_.fit);
-    return behind && fit_outline(evidence, view_, shape, *behind, {}, settings_.fit).score > fit.score - settings_.least_lead;
+    const auto behind = pose_behind_shadow(evidence, view_, parts, fit, settings_.fit);
+    return behind && fit_outline(evidence, view_, parts, *behind, {}, settings_.fit).score > fit.score - settings_.least_lead;
 }
 
 /// Adds what is faint around the blob to the foreground, and measures the blob anew.
@@ -453,18 +544,23 @@ bool OverheadObserver::acceptable(const Found& found) const {
                found.coarse.inside.shadow < 0.8 * found.coarse.inside.foreground;
     }
     const OutlineFit& fit = found.fit;
-    if (fit.visible < settings_.least_visible * fit.total) return false;
+    if (!enough_in_view(fit)) return false;
     if (fit.score >= settings_.least_score) return true;
     if (found.coarse.missing >= 0.15 * found.coarse.inside.foreground) return false;
     // Not the exact outline, such as tracks where the box should end, but the robot's whole area and nothing beside it.
     if (found.coarse.filled() >= settings_.surely_filled && fit.supported >= 0.4 * fit.visible) return true;
-    // Partly hidden: much of the outline is bare, but what shows agrees.
+    return agrees_where_it_shows(fit);
+}
+
+/// Partly hidden: much of the outline is bare, but what shows agrees.
+bool OverheadObserver::agrees_where_it_shows(const OutlineFit& fit) const {
     const double shown = fit.visible - fit.bare - fit.ambiguous;
     return fit.supported >= settings_.least_hidden * fit.visible && fit.supported >= 0.65 * shown;
 }
 
 SilhouetteObservation OverheadObserver::observation_of(const Found& found) const {
-    const ShapePoints& shape = shapes_[static_cast<std::size_t>(found.robot)];
+    const auto r = static_cast<std::size_t>(found.robot);
+    const ShapePoints& shape = robots_[r].parts.empty() ? shapes_[r] : parts_[r].front();
     const OutlineFit& fit = found.fit;
     SilhouetteObservation observation;
     observation.robot = found.robot;
@@ -481,7 +577,11 @@ SilhouetteObservation OverheadObserver::observation_of(const Found& found) const
     for (int i = 0; i < alike; ++i) {
         observation.hypotheses.push_back({{fit.pose.x, fit.pose.y, wrap_angle(fit.pose.yaw + i * shape.symmetry)}, 1.0 / alike});
     }
-    for (const auto& corner : fit.silhouette.polygon()) observation.outline.push_back(corner.cast<float>());
+    if (parts_[r].size() > 1) {
+        for (const auto& corner : outline_of(view_, bodies_.body(found.robot), fit.pose)) observation.outline.push_back(corner.cast<float>());
+    } else {
+        for (const auto& corner : fit.silhouette.polygon()) observation.outline.push_back(corner.cast<float>());
+    }
     return observation;
 }
 

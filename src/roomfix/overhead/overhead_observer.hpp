@@ -32,6 +32,11 @@ struct OverheadSettings {
     double surely_filled = 0.85;    // part of the silhouette that is foreground, where the outline alone does not convince
     double least_lead = 0.15;       // of a robot's quality before the next robot's, to know which one it is
     double least_visible = 0.25;    // part of the outline in view
+    double rough_parts = 0.012;     // m: how far the sides of a body that is described by its parts are off, where it is not exactly so
+    double described = 1.5;         // nats by which such a body, found by its area, stands as its outline says, before its edges are looked at
+    double lasting = 0.65;          // part of the variance of such an outline's pose that stays from frame to frame
+    int outline_turns = 8;          // in which its outline is tried where nobody knows how it is turned
+    double turn_known = 0.3;        // rad (1 sigma): where it is known
     double least_filled = 0.42;     // part of the silhouette that is foreground, for many soft targets
     double least_in_picture = 0.5;  // part of a soft target's silhouette that must be in the picture
     double least_left = 0.2;        // part of a silhouette that must be unexplained foreground to look for another robot
@@ -109,7 +114,7 @@ private:
     void explain(const FrameEvidence& evidence, const Component& component);
     Found best_robot(const FrameEvidence& evidence, const Blob& blob, bool whole);
     Found best_fit(const FrameEvidence& evidence, const Blob& blob, int robot, bool whole);
-    bool may_stand_behind(const FrameEvidence& evidence, const ShapePoints& shape, const OutlineFit& fit) const;
+    bool may_stand_behind(const FrameEvidence& evidence, std::span<const ShapePoints> parts, const OutlineFit& fit) const;
     Blob look_closer(LumaView frame, const Blob& blob);
     Found best_area(const FrameEvidence& evidence, const Blob& blob, int robot);
     CoarsePose first_guess(const Blob& blob, const ShapePoints& shape) const;
@@ -120,6 +125,12 @@ private:
     void keep_one_at_a_place();
     void refit_together(const FrameEvidence& evidence);
     bool acceptable(const Found& found) const;
+    bool enough_in_view(const OutlineFit& fit) const { return fit.visible >= settings_.least_visible * fit.total; }
+    bool agrees_where_it_shows(const OutlineFit& fit) const;
+    std::optional<OutlineFit> fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place);
+    std::optional<SilhouetteObservation> outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting);
+    void fit_parts(const FrameEvidence& evidence, const BodyPlace& place, double yaw);
+    SilhouetteObservation weighed_outlines(const BodySighting& sighting) const;
     bool available(int robot) const;
     bool tried_alike(int robot) const;
     SilhouetteObservation observation_of(const Found& found) const;
@@ -136,7 +147,8 @@ private:
     std::vector<char> elsewhere_;
     Expectation expected_;
     std::vector<Polyline> walls_;
-    std::vector<ShapePoints> shapes_;
+    std::vector<ShapePoints> shapes_;              // of each robot, then of things that are no robots
+    std::vector<std::vector<ShapePoints>> parts_;  // of each robot: those whose outline may be fitted
     OverheadSettings settings_;
     BackgroundModel background_;
     BackgroundLearner learner_;
@@ -163,6 +175,8 @@ private:
     std::vector<Found> found_;
     std::vector<Found> doubtful_;  // where they are expected, but hardly by their outlines alone
     std::vector<Silhouette> others_;
+    std::vector<ShapePoints> rough_;  // the parts of a robot, less exact than described
+    std::vector<OutlineFit> turned_;  // its outline at all poses that were tried, the likeliest first
     Evidence evidence_;
     std::vector<char> wanted_;
     std::vector<KnownRobot> known_;
