@@ -410,6 +410,11 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(settings_.turn_of_gaps * (1 - place.filled) + body.size_sigma / body.radius, 2);
+    constexpr double any_turn = std::numbers::pi * std::numbers::pi / 3;  // rad^2: nothing is known less
+    if (const double wider = std::sqrt(place.covariance(2, 2) / any_turn); wider > 1) {
+        place.covariance.row(2) /= wider;
+        place.covariance.col(2) /= wider;
+    }
     const auto look = agreement(cameras, body, place.pose);
     double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);
