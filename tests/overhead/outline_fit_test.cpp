@@ -87,9 +87,7 @@ TEST_F(OutlineOfParts, WhereAPartIsCoveredByAnotherNoEdgeIsExpected) {
     robot.parts = {part_of(wide), part_of({0.3, 0.2, 0.2})};  // all of the second is inside the first
     const OutlineFit hollow = fit(truth, truth, {parts_.front()});
     frames_ = 0;
-    std::vector<ShapePoints> full = outline_parts(robot);
-    for (ShapePoints& part : full) part.radius = parts_.front().radius;
-    const OutlineFit filled = fit(truth, truth, full);
+    const OutlineFit filled = fit(truth, truth, outline_parts(robot));
     EXPECT_EQ(filled.total, hollow.total);
     EXPECT_EQ(filled.pose.x, hollow.pose.x);
     EXPECT_EQ(filled.pose.yaw, hollow.pose.yaw);

@@ -404,13 +404,13 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
             if (cameras_seen == 1 && place.seen[c]) place.by_calibration.topRows<2>() = by;
         }
     }
-    if (body.round()) {  // any yaw is as good as any other
+    constexpr double any_turn = std::numbers::pi * std::numbers::pi / 3;  // rad^2: any yaw is as good as any other
+    if (body.round()) {
         place.covariance.row(2).setZero();
         place.covariance.col(2).setZero();
-        place.covariance(2, 2) = std::numbers::pi * std::numbers::pi / 3;
+        place.covariance(2, 2) = any_turn;
     }
     if (!body.round()) place.covariance(2, 2) += std::pow(settings_.turn_of_gaps * (1 - place.filled) + body.size_sigma / body.radius, 2);
-    constexpr double any_turn = std::numbers::pi * std::numbers::pi / 3;  // rad^2: nothing is known less
     if (const double wider = std::sqrt(place.covariance(2, 2) / any_turn); wider > 1) {
         place.covariance.row(2) /= wider;
         place.covariance.col(2) /= wider;

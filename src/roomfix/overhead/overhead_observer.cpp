@@ -225,7 +225,7 @@ SilhouetteObservation OverheadObserver::weighed_outlines(const BodySighting& sig
     SilhouetteObservation observation = observation_of({.robot = sighting.robot, .fit = best});
     observation.covariance = covariance;
     observation.kinds = sighting.kinds;
-    const Eigen::LLT<Eigen::Matrix3d> root(settings_.lasting * best.pixel_covariance);
+    const Eigen::LLT<Eigen::Matrix3d> root(settings_.body.search.lasting * best.pixel_covariance);
     observation.lasting.root = root.matrixL();
     if (shape.round()) observation.lasting.root.row(2).setZero();
     observation.lasting.only_camera = sighting.place.lasting.only_camera;
@@ -549,11 +549,7 @@ bool OverheadObserver::acceptable(const Found& found) const {
     if (found.coarse.missing >= 0.15 * found.coarse.inside.foreground) return false;
     // Not the exact outline, such as tracks where the box should end, but the robot's whole area and nothing beside it.
     if (found.coarse.filled() >= settings_.surely_filled && fit.supported >= 0.4 * fit.visible) return true;
-    return agrees_where_it_shows(fit);
-}
-
-/// Partly hidden: much of the outline is bare, but what shows agrees.
-bool OverheadObserver::agrees_where_it_shows(const OutlineFit& fit) const {
+    // Partly hidden: much of the outline is bare, but what shows agrees.
     const double shown = fit.visible - fit.bare - fit.ambiguous;
     return fit.supported >= settings_.least_hidden * fit.visible && fit.supported >= 0.65 * shown;
 }

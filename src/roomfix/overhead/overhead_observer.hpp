@@ -34,7 +34,6 @@ struct OverheadSettings {
     double least_visible = 0.25;    // part of the outline in view
     double rough_parts = 0.012;     // m: how far the sides of a body that is described by its parts are off, where it is not exactly so
     double described = 1.5;         // nats by which such a body, found by its area, stands as its outline says, before its edges are looked at
-    double lasting = 0.65;          // part of the variance of such an outline's pose that stays from frame to frame
     int outline_turns = 8;          // in which its outline is tried where nobody knows how it is turned
     double turn_known = 0.3;        // rad (1 sigma): where it is known
     double least_filled = 0.42;     // part of the silhouette that is foreground, for many soft targets
@@ -126,7 +125,6 @@ private:
     void refit_together(const FrameEvidence& evidence);
     bool acceptable(const Found& found) const;
     bool enough_in_view(const OutlineFit& fit) const { return fit.visible >= settings_.least_visible * fit.total; }
-    bool agrees_where_it_shows(const OutlineFit& fit) const;
     std::optional<OutlineFit> fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place);
     std::optional<SilhouetteObservation> outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting);
     void fit_parts(const FrameEvidence& evidence, const BodyPlace& place, double yaw);
