@@ -98,9 +98,9 @@ class EndToEnd(unittest.TestCase):
         rows = [[float(value) for value in row] for row in self.database.ask("SELECT time / 1e9, x, y FROM roomfix_fixes WHERE x IS NOT NULL ORDER BY number")]
         self.assertEqual(len(rows), len([fix for fix in fixes if fix["status"] != "none"]))
         self.check_places("PostgreSQL", rows, hall)
-        # The browser tells no times, moves smoothly from fix to fix, and is late on a busy machine: it is set beside the nearest of the seconds before.
+        # The browser tells no times, and moves smoothly from fix to fix: it is set beside the nearest of shortly before.
         shown = [see for see in map(json.loads, self.browser.lines()) if see["now"] > hall.begins + 1]
-        near = [min((fix for fix in self.driving if see["now"] - 5 < fix["time"] < see["now"]), key=lambda fix: math.dist((fix["x"], fix["y"]), (see["x"], see["y"])))
+        near = [min((fix for fix in self.driving if see["now"] - 2 < fix["time"] < see["now"]), key=lambda fix: math.dist((fix["x"], fix["y"]), (see["x"], see["y"])))
                 for see in shown]
         self.tell_errors("the page", [(fix["time"], see["x"], see["y"]) for fix, see in zip(near, shown)], hall)
         self.assertTrue(all(math.dist((fix["x"], fix["y"]), (see["x"], see["y"])) < 0.05 for fix, see in zip(near, shown)))
