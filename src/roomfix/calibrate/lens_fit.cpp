@@ -137,7 +137,7 @@ struct Scaled {
         : scale(information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse()), unit(scale.asDiagonal() * information * scale.asDiagonal()) {}
 };
 
-Eigen::VectorXd damped_step(const LensFit& at, double damping) {
+Eigen::VectorXd damped_lens_step(const LensFit& at, double damping) {
     Scaled scaled(at.information);
     scaled.unit.diagonal() *= 1 + damping;
     return scaled.scale.asDiagonal() * scaled.unit.ldlt().solve(scaled.scale.asDiagonal() * at.gradient);
@@ -204,7 +204,7 @@ std::optional<LensFit> fit_lens(LensUnknowns& unknowns, const std::vector<const 
     auto at = linearise(unknowns, shots, spread);
     if (!at) return std::nullopt;
     levenberg_marquardt({.least = 1e-12, .most = 1e10, .rounds = 200}, [&](double damping) {
-        LensUnknowns there = moved(unknowns, *at, damped_step(*at, damping));
+        LensUnknowns there = moved(unknowns, *at, damped_lens_step(*at, damping));
         auto next = linearise(there, shots, spread);
         if (!next || !(next->cost() <= at->cost()) || has_pole(there.model, next->farthest)) return StepResult::worse;
         const bool settled = at->cost() - next->cost() < 1e-12 * at->cost();

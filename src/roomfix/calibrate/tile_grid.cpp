@@ -80,7 +80,7 @@ struct Valley {
 };
 
 /// The unknowns of a valley as they are fitted.
-enum ValleyNumber { level, contrast, depth, middle, width, valley_numbers };
+enum ValleyNumber { valley_level, valley_contrast, depth, middle, width, valley_numbers };
 using ValleyVector = Eigen::Matrix<double, valley_numbers, 1>;
 using ValleyMatrix = Eigen::Matrix<double, valley_numbers, valley_numbers>;
 
@@ -117,9 +117,9 @@ ValleyFit linearise(LumaView picture, const Window& window, const ValleyVector& 
             const double across = window.place.normal.dot(off);
             if (std::abs(across - window.across) > window_across || std::abs(tangent.dot(off)) > samples_along) continue;
             const double t = (across - n[middle]) / n[width], bell = std::exp(-t * t), edge = std::erf(t);
-            const double by_t = n[contrast] * 2 * std::numbers::inv_sqrtpi * bell + n[depth] * 2 * t * bell;
+            const double by_t = n[valley_contrast] * 2 * std::numbers::inv_sqrtpi * bell + n[depth] * 2 * t * bell;
             const ValleyVector by(1, edge, -bell, -by_t / n[width], -by_t * t / n[width]);
-            const double residual = line[x] - n[level] - n[contrast] * edge + n[depth] * bell;
+            const double residual = line[x] - n[valley_level] - n[valley_contrast] * edge + n[depth] * bell;
             fit.information += by * by.transpose();
             fit.pull += residual * by;
             fit.squares += residual * residual;

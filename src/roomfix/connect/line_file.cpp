@@ -13,7 +13,7 @@
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_waiting = 4'000'000;  // bytes
+constexpr std::size_t most_bytes_waiting = 4'000'000;  // bytes
 
 std::string cure_of(int problem) {
     if (problem == ENOSPC || problem == EDQUOT || problem == EFBIG) return "make room there, or choose another disk";
@@ -90,7 +90,7 @@ LineFile& LineFile::operator=(LineFile&& other) noexcept {
 }
 
 void LineFile::add(std::string_view line) {
-    if (waiting_.size() + line.size() > most_waiting) {
+    if (waiting_.size() + line.size() > most_bytes_waiting) {
         ++lost_lines_;
         return;
     }

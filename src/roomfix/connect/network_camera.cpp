@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 constexpr auto patience_at_first = std::chrono::seconds(10);  // video starts with the first picture that needs none before it
 constexpr auto patience_later = std::chrono::seconds(4);
 constexpr std::size_t most_in_decoder = 32;
-constexpr std::size_t most_waiting = 200;  // coded pictures that need those before them: some seconds
+constexpr std::size_t most_pictures_waiting = 200;  // coded pictures that need those before them: some seconds
 
 /// A coded picture and when it was taken.
 struct Taken {
@@ -116,7 +116,7 @@ void NetworkCamera::read() {
 
 /// The mutex is held.
 void NetworkCamera::keep(Taken picture) {
-    const bool late = decoder_ ? waiting_.size() >= most_waiting : !waiting_.empty();
+    const bool late = decoder_ ? waiting_.size() >= most_pictures_waiting : !waiting_.empty();
     if (late) {
         passed_over_ += static_cast<std::int64_t>(waiting_.size());
         waiting_.clear();

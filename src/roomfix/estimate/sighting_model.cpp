@@ -203,17 +203,17 @@ double prior_of(const SightingObservation& seen, int landmark, const std::vector
 }
 
 /// What a sighting may be.
-struct Association {
+struct LandmarkAssociation {
     int likeliest = -1;       // index of the landmark; -1: none can be
     double log_evidence = 0;  // of all that it may be
     double weight = 0;        // probability of the likeliest
 };
 
-static Association associate(const Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
-                             double outliers) {
+static LandmarkAssociation associate(const Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
+                                     double outliers) {
     const double nothing = std::log(outliers) + log_anywhere(seen);
     double most = nothing, best = -1e300, sum = 1;  // of the densities, over the largest
-    Association association;
+    LandmarkAssociation association;
     for (std::size_t i = 0; i < marks.size(); ++i) {
         const auto landmark = static_cast<int>(i);
         const double prior = prior_of(seen, landmark, marks, source);
@@ -233,7 +233,7 @@ static Association associate(const Belief& belief, const SightingObservation& se
 
 std::optional<int> likeliest_mark(const Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
                                   double outliers) {
-    const Association association = associate(belief, seen, marks, source, outliers);
+    const LandmarkAssociation association = associate(belief, seen, marks, source, outliers);
     if (association.likeliest < 0 || association.weight < 0.5) return std::nullopt;
     return association.likeliest;
 }
@@ -271,7 +271,7 @@ std::optional<Innovation> update_sighting(Belief& belief, const SightingObservat
                                           double outliers) {
     constexpr double hardly = 0.02;  // such a weight moves nothing
     if (rows_of(seen) == 0) return std::nullopt;
-    const Association association = associate(belief, seen, marks, source, outliers);
+    const LandmarkAssociation association = associate(belief, seen, marks, source, outliers);
     Innovation innovation{association.log_evidence, 0, 0, 0};
     if (association.likeliest < 0 || association.weight < hardly) return innovation;
     const int landmark = association.likeliest;

@@ -12,16 +12,17 @@ namespace {
 constexpr Nanoseconds longest_silence = 100'000'000;  // ns: an older state is brought up to date by odometry
 constexpr Nanoseconds far_apart = 10'000'000'000;     // ns: no source is that far ahead of or behind the others
 
-constexpr double farthest = 1e6;          // m: beyond, a place is a mistake
+constexpr double farthest_place = 1e6;    // m: beyond, a place is a mistake
 constexpr double least_variance = 1e-14;  // of anything measured, m^2 or rad^2
 constexpr double largest_variance = 1e10;
 
 /// False for what is not finite, too.
-bool is_place(const Pose2& pose) { return std::abs(pose.x) < farthest && std::abs(pose.y) < farthest && std::abs(pose.yaw) < 1e4; }
+bool is_place(const Pose2& pose) { return std::abs(pose.x) < farthest_place && std::abs(pose.y) < farthest_place && std::abs(pose.yaw) < 1e4; }
 bool is_sigma(double sigma) { return sigma * sigma >= least_variance && sigma * sigma < largest_variance && sigma > 0; }
 
 bool usable(const PoseObservation& o) {
-    if (!is_place(o.pose) || !o.covariance.allFinite() || !o.by_calibration.allFinite() || o.by_calibration.cwiseAbs().maxCoeff() > farthest) return false;
+    if (!is_place(o.pose) || !o.covariance.allFinite() || !o.by_calibration.allFinite() || o.by_calibration.cwiseAbs().maxCoeff() > farthest_place)
+        return false;
     const int dimensions = o.yaw_known ? 3 : 2;
     const Eigen::MatrixXd part = o.covariance.topLeftCorner(dimensions, dimensions);
     return Eigen::LLT<Eigen::MatrixXd>(part).info() == Eigen::Success && part.diagonal().minCoeff() >= least_variance &&
@@ -227,7 +228,7 @@ void Tracker::observe(Nanoseconds time, const std::string& camera, const CornerS
 }
 
 void Tracker::observe(const RangeObservation& range) {
-    if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !is_sigma(range.sigma) || !(range.range < farthest) || range.range < 0) {
+    if (!knows_robot(range.robot) || !knows_beacon(range.beacon) || !is_sigma(range.sigma) || !(range.range < farthest_place) || range.range < 0) {
         ++counts_.impossible;
         return;
     }
@@ -239,7 +240,7 @@ void Tracker::observe(const RangeObservation& range) {
 void Tracker::observe(const RangeDifferenceObservation& difference) {
     const auto [a, b] = difference.beacons;
     if (!knows_robot(difference.robot) || !knows_beacon(a) || !knows_beacon(b) || a == b || !is_sigma(difference.sigma) ||
-        !(std::abs(difference.difference) < farthest)) {
+        !(std::abs(difference.difference) < farthest_place)) {
         ++counts_.impossible;
         return;
     }
@@ -249,7 +250,7 @@ void Tracker::observe(const RangeDifferenceObservation& difference) {
 
 void Tracker::observe(const SightingObservation& sighting) {
     const auto landmarks = static_cast<int>(models_.site.landmarks.size());
-    const bool range = !sighting.range || (*sighting.range > 0 && *sighting.range < farthest && is_sigma(sighting.range_sigma));
+    const bool range = !sighting.range || (*sighting.range > 0 && *sighting.range < farthest_place && is_sigma(sighting.range_sigma));
     const bool bearing = !sighting.bearing || (std::abs(*sighting.bearing) < 10 && is_sigma(sighting.bearing_sigma));
     if (!knows_robot(sighting.robot) || sighting.landmark >= landmarks || !range || !bearing || (!sighting.range && !sighting.bearing)) {
         ++counts_.impossible;

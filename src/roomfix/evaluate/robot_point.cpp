@@ -6,7 +6,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double moved = 0.02;  // m: a shorter way has no direction
+constexpr double shortest_way = 0.02;  // m: a shorter way has no direction
 
 Pose2 shifted(const Pose2& pose, const Eigen::Vector2d& by) {
     const Eigen::Vector2d way = Eigen::Rotation2Dd(pose.yaw) * by;
@@ -51,7 +51,7 @@ Truth true_middles(const Truth& truth, const std::vector<Fix>& fixes, const Eige
         double course = 0;
         for (std::size_t i = 0; i < poses.size(); ++i) {
             const Pose2 &before = points[i > 0 ? i - 1 : i].pose, &after = points[std::min(i + 1, points.size() - 1)].pose;
-            if (std::hypot(after.x - before.x, after.y - before.y) > moved) course = std::atan2(after.y - before.y, after.x - before.x);
+            if (std::hypot(after.x - before.x, after.y - before.y) > shortest_way) course = std::atan2(after.y - before.y, after.x - before.x);
             if (!poses[i].yaw_known) {
                 const auto own = pose_at(points, poses[i].time), fixed = pose_at(turned, poses[i].time);
                 poses[i].pose.yaw = own && own->yaw_known ? own->yaw : fixed && fixed->yaw_known ? fixed->yaw : course;

@@ -82,7 +82,7 @@ std::optional<Eigen::Isometry3d> pose_from_homography(const Eigen::Matrix3d& h, 
     return std::nullopt;
 }
 
-struct Fit {
+struct ViewFit {
     Matrix6d information;  // J^T J, px^-2
     Vector6d gradient;     // J^T residual
     double sum_of_squares = 0;
@@ -90,8 +90,8 @@ struct Fit {
     double worst_error = 0;
 };
 
-std::optional<Fit> linearise(const View& view, const std::vector<FloorPoint>& points) {
-    Fit fit{Matrix6d::Zero(), Vector6d::Zero()};
+std::optional<ViewFit> linearise(const View& view, const std::vector<FloorPoint>& points) {
+    ViewFit fit{Matrix6d::Zero(), Vector6d::Zero()};
     for (std::size_t i = 0; i < points.size(); ++i) {
         ViewJacobian jacobian;
         const auto pixel = project_map_point(view, {points[i].map.x(), points[i].map.y(), 0}, &jacobian);
@@ -122,7 +122,7 @@ PoseByIntrinsics pose_by_intrinsics(const View& view, const std::vector<FloorPoi
 }
 
 /// Levenberg-Marquardt on the six numbers of the pose. Gives the last accepted linearisation.
-std::optional<Fit> refine(View& view, const std::vector<FloorPoint>& points) {
+std::optional<ViewFit> refine(View& view, const std::vector<FloorPoint>& points) {
     auto fit = linearise(view, points);
     if (!fit) return std::nullopt;
     levenberg_marquardt({.least = 1e-15, .most = 1e12}, [&](double damping) {

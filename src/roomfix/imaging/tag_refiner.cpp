@@ -15,9 +15,9 @@ namespace {
 
 // The unknowns: eight of the homography from the tag (bits) to rays; the blur, and by how much white outgrows black (in blurs: bright pictures bleed, ink
 // spreads), both across the tag and down; and the light: dark and the way from dark to bright, each with its slopes.
-constexpr int blur_at = 8, growth_at = 10, light_at = 12, unknowns = 18;
-using Unknowns = Eigen::Matrix<double, unknowns, 1>;
-using Normal = Eigen::Matrix<double, unknowns, unknowns>;
+constexpr int blur_at = 8, growth_at = 10, light_at = 12, tag_unknowns = 18;
+using Unknowns = Eigen::Matrix<double, tag_unknowns, 1>;
+using Normal = Eigen::Matrix<double, tag_unknowns, tag_unknowns>;
 using ByHomography = Eigen::Matrix<double, 2, 8>;
 
 struct LitPixel {
@@ -178,7 +178,7 @@ bool Refiner::start(LumaView frame, const CameraModel& model, const SeenTag& see
     bits_per_pixel_ = place_by_pixel.rowwise().norm();
     x_.segment<2>(blur_at).setConstant(settings_.start_blur);
     collect(frame, model);
-    if (pixels_.size() < 4 * unknowns) return false;
+    if (pixels_.size() < 4 * tag_unknowns) return false;
     std::vector<double> greys;
     for (const LitPixel& p : pixels_) greys.push_back(p.grey);
     std::sort(greys.begin(), greys.end());
@@ -273,14 +273,14 @@ bool Refiner::solve() {
         return settled ? StepResult::settled : StepResult::better;
     });
     if (!possible) return false;
-    const double rms = std::sqrt(at_.squares / std::max(at_.pixels - unknowns, 1));
+    const double rms = std::sqrt(at_.squares / std::max(at_.pixels - tag_unknowns, 1));
     return contrast() > settings_.least_contrast && rms < settings_.largest_misfit * contrast();
 }
 
 std::optional<SeenTag> Refiner::result(const CameraModel& model, const SeenTag& seen) const {
     const Eigen::LLT<Normal> factor(at_.information);
     if (factor.info() != Eigen::Success) return std::nullopt;
-    const double variance = settings_.alike_residuals * at_.squares / std::max(at_.pixels - unknowns, 1);
+    const double variance = settings_.alike_residuals * at_.squares / std::max(at_.pixels - tag_unknowns, 1);
     const Eigen::Matrix<double, 8, 8> of_homography = variance * Normal(factor.solve(Normal::Identity())).topLeftCorner<8, 8>();
     SeenTag refined = seen;
     Eigen::Matrix<double, 8, 8> by_h;

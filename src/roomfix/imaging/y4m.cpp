@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view magic = "YUV4MPEG2 ";
 constexpr std::string_view frame_magic = "FRAME";
-constexpr int largest_side = 32768;
+constexpr int largest_y4m_side = 32768;
 
 /// How a file names the places of the colours.
 struct Kind {
@@ -62,7 +62,7 @@ std::optional<Header> header_of(std::string_view line) {
         if (kind == kinds.end()) return std::nullopt;
         header.kind = *kind;
     }
-    const auto possible = [](int side) { return side > 0 && side <= largest_side; };
+    const auto possible = [](int side) { return side > 0 && side <= largest_y4m_side; };
     return possible(header.width) && possible(header.height) ? std::optional(header) : std::nullopt;
 }
 

@@ -7,8 +7,8 @@ namespace roomfix {
 namespace {
 
 constexpr std::uint16_t far_away = 60000;
-constexpr double outline_width = 2.5;     // px: a border pixel so near to the outline lies on it
-constexpr float background_step = 0.12f;  // part of the light: a step in the empty room that may be something's border
+constexpr double outline_width = 2.5;    // px: a border pixel so near to the outline lies on it
+constexpr float step_of_border = 0.12f;  // part of the light: a step in the empty room that may be something's border
 
 /// The largest step of the background across a place, near it: levels two and three pixels to both sides, as a part of the
 /// lighter one.
@@ -57,7 +57,7 @@ void ForegroundBorder::compute(const BitMask& mask, const BitMask& shadow, LumaV
             const Eigen::Vector2f normal = outwards.norm() > 0.5f ? Eigen::Vector2f(outwards.normalized()) : Eigen::Vector2f::UnitX();
             Pixel pixel;
             pixel.place = {static_cast<float>(x), static_cast<float>(y)};
-            pixel.on_background_edge = step_across(background, pixel.place, normal) > background_step;
+            pixel.on_background_edge = step_across(background, pixel.place, normal) > step_of_border;
             int dark = 0;
             for (float s = 1; s <= 3; ++s) {
                 const Eigen::Vector2f inside = pixel.place - s * normal;

@@ -11,18 +11,18 @@ namespace {
 constexpr double rows_enough = 40;  // of a body of one part: more rows say the same
 
 /// Independent samples, and how many of them show something else.
-struct Samples {
+struct SampleCount {
     double n = 0;
     double k = 0;
 };
 
-Samples samples_of(const Evidence::Sums& sums, double pixels_per_sample) {
+SampleCount samples_of(const Evidence::Sums& sums, double pixels_per_sample) {
     const double n = static_cast<double>(sums.other + sums.plain) / pixels_per_sample;
     return {n, std::clamp(static_cast<double>(sums.other) / pixels_per_sample, 0.0, n)};
 }
 
 /// Log probability of one order of k of n, the part of them being of a Beta distribution.
-double log_evidence(const Samples& s, double filled, double open) { return log_beta_evidence(s.k, s.n, filled, open); }
+double log_evidence(const SampleCount& s, double filled, double open) { return log_beta_evidence(s.k, s.n, filled, open); }
 
 Evidence::Sums sum_over(const Evidence& evidence, const BodyMask& mask, int step) {
     Evidence::Sums sums;
@@ -87,10 +87,10 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     const double clutter = clutter_around(evidence, mask, inside, settings);
 
     const double pixels_per_sample = std::max(settings.pixels_per_sample, mask.whole / most_samples);
-    const Samples all = samples_of(inside, pixels_per_sample);
-    const Samples middle = samples_of(core, pixels_per_sample);
+    const SampleCount all = samples_of(inside, pixels_per_sample);
+    const SampleCount middle = samples_of(core, pixels_per_sample);
     const double rim_n = std::max(all.n - middle.n, 0.0);
-    const Samples rim{rim_n, std::clamp(all.k - middle.k, 0.0, rim_n)};
+    const SampleCount rim{rim_n, std::clamp(all.k - middle.k, 0.0, rim_n)};
     score.samples = all.n;
     score.filled = all.n > 0 ? all.k / all.n : 0;
     score.around = clutter;

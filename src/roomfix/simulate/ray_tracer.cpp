@@ -98,17 +98,17 @@ bool passes_by(const Solid& solid, const Vector3f& to, const Vector3f& direction
 }
 
 /// Where a ray meets a solid, in the solid's own frame.
-struct Meeting {
+struct SolidMeeting {
     float distance;
     Vector3f normal, place;
 };
-std::optional<Meeting> meet_on_way(const Solid& solid, const Vector3f& origin, const Vector3f& direction) {
+std::optional<SolidMeeting> meet_on_way(const Solid& solid, const Vector3f& origin, const Vector3f& direction) {
     if (passes_by(solid, solid.centre - origin, direction)) return std::nullopt;
     const float cosine = solid.axis.x(), sine = solid.axis.y();
     const Vector3f o = turned(origin - solid.centre, cosine, sine), d = turned(direction, cosine, sine);
     const auto met = meet(solid, o, d);
     if (!met) return std::nullopt;
-    return Meeting{met->first, met->second, o + met->first * d};
+    return SolidMeeting{met->first, met->second, o + met->first * d};
 }
 
 bool blocked(const std::vector<Solid>& solids, const std::vector<int>& which, const Vector3f& origin, const Vector3f& direction, float distance) {

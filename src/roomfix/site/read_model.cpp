@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double smallest = 0.02;  // m, of the longest side
-constexpr double largest = 10;     // m
-constexpr double thinnest = 0.01;  // m, of any side, as for parts
+constexpr double shortest_model = 0.02;  // m, of the longest side
+constexpr double longest_model = 10;     // m
+constexpr double thinnest_model = 0.01;  // m, of any side, as for parts
 
 /// A unit in which a robot of this length would have an ordinary size.
 std::string unit_that_fits(double length) {
@@ -40,13 +40,13 @@ Result<void> check_size(const fs::path& file, const TriangleMesh& mesh, double s
     const Eigen::AlignedBox3d box = box_of(mesh);
     const Eigen::Vector3d size = box.sizes();
     const double length = size.maxCoeff();
-    if (!(length >= smallest && length <= largest)) {
+    if (!(length >= shortest_model && length <= longest_model)) {
         return Error{fmt::format("{}: the model is {:.4g} x {:.4g} x {:.4g} m, a robot's longest side has {} to {} m: {}", file.string(), size.x(), size.y(),
-                                 size.z(), smallest, largest, unit_that_fits(length / scale))};
+                                 size.z(), shortest_model, longest_model, unit_that_fits(length / scale))};
     }
-    if (size.minCoeff() < thinnest) {
+    if (size.minCoeff() < thinnest_model) {
         return Error{fmt::format("{}: the model is flat ({:.4g} x {:.4g} x {:.4g} m): a robot is at least {} m long, wide and high", file.string(), size.x(),
-                                 size.y(), size.z(), thinnest)};
+                                 size.y(), size.z(), thinnest_model)};
     }
     const Eigen::Vector2d away = box.center().head<2>();
     if (away.norm() > length) {
