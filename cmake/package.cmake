@@ -25,7 +25,7 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "finds robots indoors with ordinary came
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libroomfix-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 string(JOIN ", " CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS libeigen3-dev libceres-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
-       libopencv-calib3d-dev libopencv-videoio-dev libopencv-contrib-dev libhwy-dev libjpeg62-turbo-dev libyaml-cpp-dev libfmt-dev libcpp-httplib-dev
+       libopencv-calib3d-dev libopencv-videoio-dev libopencv-contrib-dev libhwy-dev libjpeg62-turbo-dev libyaml-cpp-dev libfmt-dev libcpp-httplib-dev libssl-dev
        libapriltag-dev libassimp-dev libtinyxml2-dev libmosquitto-dev libwebsockets-dev libavformat-dev libavcodec-dev libavutil-dev libsqlite3-dev libpqxx-dev libfastrtps-dev)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "roomfix as a C++ library
  Static libraries, public headers, and what CMake and pkg-config need to find
