@@ -98,6 +98,86 @@ TEST(BodySearch, ASightingSaysHowMuchLessRobotsOfOtherKindsExplainIt) {
     EXPECT_EQ(found[0].kinds[2], 0);
 }
 
+/// A low, wide robot with a thin mast: it covers little of the box around it.
+SiteRobot rover() {
+    SiteRobot robot{"rover", Box{}};
+    const auto add = [&](double length, double width, double low, double high) {
+        ConvexPart part;
+        for (int i = 0; i < 8; ++i) part.points.emplace_back(i & 1 ? length / 2 : -length / 2, i & 2 ? width / 2 : -width / 2, i & 4 ? high : low);
+        robot.parts.push_back(part);
+    };
+    add(0.7, 0.4, 0.1, 0.25);
+    add(0.04, 0.04, 0.25, 0.8);
+    return robot;
+}
+
+/// The evidence of a rover that hardly differs from the floor but for its lowest rows.
+Evidence evidence_of_pale(const View& view, const Body& body, const Pose2& pose) {
+    Evidence evidence = evidence_of(view, {{body, pose}});
+    BodyMask mask;
+    cover(view, body.parts, pose, 640, 480, 1, 1, mask);
+    for (int y = 0; y < mask.bottom - (mask.bottom - mask.top) / 9; ++y) {
+        for (int x = 0; x < 640; ++x) evidence.pixels[static_cast<std::size_t>(y * 640 + x)] = {0, 1};
+    }
+    evidence.sum_up();
+    return evidence;
+}
+
+TEST(BodySearch, ARobotThatCoversLittleOfItsBoxIsFound) {
+    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const SiteRobot robot = rover();
+    EXPECT_LT(body_of(robot).share_of_box, 0.2);
+    const Evidence evidence = evidence_of(view, {{body_of(robot), truth}});
+    const std::vector<SeenBy> seen = {{&view, &evidence}};
+    BodyObserver observer({robot});
+    const auto& found = observer.find(seen, {1}, {}, {}, [](const BodySighting&) { return 0.0; });
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_LT(std::hypot(found[0].place.pose.x - truth.x, found[0].place.pose.y - truth.y), 0.1);
+}
+
+TEST(BodySearch, EdgesShowARobotThatHardlyDiffersFromTheFloor) {
+    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const Pose2 truth{3.4, 1.1, 0.6};
+    const SiteRobot robot = rover();
+    const Evidence evidence = evidence_of_pale(view, body_of(robot), truth);
+    const std::vector<SeenBy> seen = {{&view, &evidence}};
+    BodyObserver observer({robot});
+    const auto near_truth = [&](const BodySighting& s) { return std::hypot(s.place.pose.x - truth.x, s.place.pose.y - truth.y) < 0.5; };
+    EXPECT_TRUE(observer.find(seen, {1}).empty()) << "by the area alone it is none";
+    int asked = 0;
+    const auto& found = observer.find(seen, {1}, {}, {}, [&](const BodySighting& s) {
+        ++asked;
+        return near_truth(s) ? 15.0 : -5.0;
+    });
+    EXPECT_GT(asked, 0);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_TRUE(near_truth(found[0]));
+    EXPECT_TRUE(observer.find(seen, {1}, {}, {}, [](const BodySighting&) { return -5.0; }).empty()) << "nor where its edges are not";
+}
+
+TEST(BodySearch, WhatHasOtherEdgesIsNoRobotUnlessItIsExpectedThere) {
+    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    const SiteRobot robot = rover();
+    const Evidence evidence = evidence_of(view, {{body_of(robot), truth}});
+    const std::vector<SeenBy> seen = {{&view, &evidence}};
+    BodyObserver observer({robot});
+    int asked = 0;
+    const EdgeJudge other = [&](const BodySighting&) {
+        ++asked;
+        return -8.0;
+    };
+    EXPECT_TRUE(observer.find(seen, {1}, {}, {}, other).empty());
+    EXPECT_LE(asked, BodyObserverSettings().most_strange + 1) << "only so many places are asked about in one frame";
+    Expectation expected;
+    PoseObservation there;
+    there.pose = truth;
+    there.covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-2).asDiagonal();
+    expected.robots = {there};
+    EXPECT_EQ(observer.find(seen, {1}, {}, expected, other).size(), 1U) << "where it was a moment ago it is likelier than another thing";
+}
+
 TEST(BodySearch, AnEmptyFloorHasNoBody) {
     const View left = camera({-1, -1, 3}, {2, 1, 0});
     const Evidence a = evidence_of(left, {});

@@ -79,6 +79,14 @@ TEST_F(OutlineOfParts, TurnedOtherwiseItIsNotRight) {
     const OutlineFit right = fit(truth, truth, parts_);
     const OutlineFit wrong = fit(truth, {truth.x, truth.y, truth.yaw + std::numbers::pi / 2}, parts_);
     EXPECT_GT(right.right, wrong.right + 5);
+    EXPECT_GT(right.present, 3);
+}
+
+TEST_F(OutlineOfParts, WhatHasOtherEdgesIsNotIt) {
+    const Pose2 truth{6.0, 5.75, 0.3};
+    SiteRobot other;
+    other.parts = {part_of({0.9, 0.2, 0.15}), part_of({0.1, 0.1, 1.2})};
+    EXPECT_LT(fit(truth, truth, outline_parts(other)).present, -3);
 }
 
 TEST_F(OutlineOfParts, WhereAPartIsCoveredByAnotherNoEdgeIsExpected) {

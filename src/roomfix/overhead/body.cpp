@@ -75,6 +75,33 @@ double inner_radius_of(const std::vector<ConvexPart>& parts) {
     return std::max(radius, 0.0);
 }
 
+/// The least part that a body covers of the boxes around it, seen from above and from four sides: twice its radius wide, and as high as it is seen from
+/// anywhere.
+double share_of_box(const Body& body) {
+    constexpr int cells = 64;
+    BodyMask mask;
+    const double across = cells / (2 * body.radius);
+    const double upward = cells / (body.height + 2 * body.radius);
+    double share = 1;
+    for (int view = -1; view < 4; ++view) {
+        const Eigen::Vector2d right(std::cos(view * std::numbers::pi / 4), std::sin(view * std::numbers::pi / 4));
+        mask.begin(cells, cells, 1);
+        for (const ConvexPart& part : body.parts) {
+            std::vector<Eigen::Vector2d> pixels;
+            for (const Eigen::Vector3d& p : part.points) {
+                const double x = view < 0 ? p.x() : p.head<2>().dot(right);
+                const double y = view < 0 ? across * (p.y() + body.radius) : upward * p.z();
+                pixels.emplace_back(across * (x + body.radius), y);
+            }
+            const std::vector<Eigen::Vector2d> hull = hull_of(pixels);
+            if (hull.size() > 2) mask.add(hull);
+        }
+        mask.finish();
+        share = std::min(share, mask.area / (cells * cells));
+    }
+    return share;
+}
+
 }  // namespace
 
 Body body_of(const SiteRobot& robot) {
@@ -89,6 +116,8 @@ Body body_of(const SiteRobot& robot) {
         }
     }
     body.inner_radius = inner_radius_of(body.parts);
+    body.has_edges = robot.parts.size() > 1 && !robot.learned && robot.size_sigma < soft_size;
+    if (body.has_edges) body.share_of_box = share_of_box(body);  // others are found by so much that only plain ones are worth a look
     body.learned = robot.learned;
     if (robot.learned) {
         body.symmetry = robot.learned->symmetry;

@@ -13,6 +13,9 @@
 
 namespace roomfix {
 
+/// m (1 sigma): bodies whose size is known no better, such as people, are no exact solids.
+constexpr double soft_size = 0.05;
+
 /// What a robot looks like from outside: convex parts standing on the floor.
 struct Body {
     std::vector<ConvexPart> parts;               // m, robot frame
@@ -20,8 +23,10 @@ struct Body {
     double height = 0;                           // m
     double radius = 0;                           // m, of the smallest circle around the origin that holds it on the floor
     double inner_radius = 0;                     // m, of the largest circle around the origin that its footprint holds
+    double share_of_box = 1;                     // least part that it covers of the box around it in any picture
     double symmetry = 0;                         // rad after which it looks the same; 0: it has no direction
     double size_sigma = 0.005;                   // m: how well its extent is known
+    bool has_edges = false;                      // described well enough for its edges to tell it from other things; its colours are not known
     std::shared_ptr<const LearnedBody> learned;  // its look; null: nobody knows
 
     bool has_look() const { return learned && !learned->look.spots.empty(); }

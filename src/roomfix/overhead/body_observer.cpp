@@ -30,8 +30,9 @@ BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObser
 }
 
 const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known,
-                                                    const Expectation& expected) {
+                                                    const Expectation& expected, const EdgeJudge& edges) {
     found_.clear();
+    strange_.clear();
     things_.clear();
     standing_.clear();
     unsure_.clear();
@@ -45,6 +46,7 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     begin_moment(cameras);
+    search_.count_floor_coloured(static_cast<bool>(edges));
     look_for_things(expected);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
@@ -54,13 +56,13 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         if (expected.search && (turn || is_missing(kind))) search_everywhere(kind);
     }
     searches_ += expected.search;
-    while (settle_next(!expected.search)) {
+    while (settle_next(!expected.search, edges)) {
     }
     // Who is still missing: again in what the others leave, where the best places are no longer theirs.
     for (std::size_t kind = 0; kind < kinds() && expected.search; ++kind) {
         if (is_open(kind)) search_everywhere(kind);
     }
-    while (settle_next(false)) {
+    while (settle_next(false, edges)) {
     }
     settle_things();
     return found_;
@@ -271,7 +273,7 @@ void BodyObserver::weigh_by_prior(std::size_t kind) {
 
 /// Settles what explains most of what is left, a body or an outline, or leaves it out for good. False: nothing is left to be settled.
 /// `only_expected`: outlines of robots that nobody expects anywhere wait until the floor has been searched for their bodies.
-bool BodyObserver::settle_next(bool only_expected) {
+bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     std::erase_if(unsure_, [&](const KnownRobot& k) { return !open_[static_cast<std::size_t>(k.robot)] || in_the_way(body(k.robot), k.robot, k.pose); });
     drop_blocked();
     const std::optional<Choice> best = choose();
@@ -308,15 +310,38 @@ bool BodyObserver::settle_next(bool only_expected) {
         return true;
     }
     auto places = search_.places(moment_, bodies_[kind], rivals_of(*best));
-    if (places.empty() || places[0].probability < settings_.least_probability) {
+    BodySighting sighting{best->robot, {}, {}, {}};
+    if (!places.empty()) {
+        sighting.place = places[0];
+        sighting.others.assign(places.begin() + 1, places.end());
+    }
+    if (places.empty() || !is_robot(sighting, edges)) {
         candidates_[kind].erase(candidates_[kind].begin() + static_cast<std::ptrdiff_t>(best->candidate));
+        if (static_cast<int>(strange_.size()) > settings_.most_strange) candidates_[kind].clear();
         return true;
     }
-    BodySighting sighting{best->robot, places[0], {}, compare_kinds(kind, places[0])};
-    stand(best->robot, places[0].pose);
-    sighting.others.assign(places.begin() + 1, places.end());
+    sighting.kinds = compare_kinds(kind, sighting.place);
+    stand(best->robot, sighting.place.pose);
     found_.push_back(std::move(sighting));
     return true;
+}
+
+/// By what its body covers and by its edges. What is as large as a robot but has other edges is remembered as strange; edges may show a robot that hardly
+/// differs from what it stands before.
+bool BodyObserver::is_robot(BodySighting& sighting, const EdgeJudge& edges) {
+    double& probability = sighting.place.probability;
+    const bool by_area = probability >= settings_.least_probability;
+    if (!edges) return by_area;
+    const double nats = edges(sighting);
+    const double prior = std::max(prior_of(sighting.robot, sighting.place.pose), 0.0);
+    if (by_area && nats + sighting.place.body_like + settings_.odds_of_thing + prior >= 0) return true;
+    if (!by_area) {
+        const double odds = std::log(std::max(probability, 1e-30) / (1 - probability)) + nats;
+        probability = 1 / (1 + std::exp(-odds));
+        if (probability >= settings_.least_probability) return true;
+    }
+    strange_.push_back({sighting.robot, sighting.place.pose});
+    return false;
 }
 
 double BodyObserver::score_of(const KnownRobot& outline, double trust) {
@@ -468,7 +493,12 @@ bool BodyObserver::stand_in_each_other(const Body& a, const Pose2& at_a, const B
 
 void BodyObserver::drop_blocked() {
     for (std::size_t kind = 0; kind < bodies_.size(); ++kind) {
-        std::erase_if(candidates_[kind], [&](const BodyCandidate& c) { return in_the_way(bodies_[kind], -1, c.pose); });
+        std::erase_if(candidates_[kind], [&](const BodyCandidate& c) {
+            const bool strange = std::any_of(strange_.begin(), strange_.end(), [&](const KnownRobot& s) {
+                return this->kind(s.robot) == kind && stand_in_each_other(bodies_[kind], c.pose, bodies_[kind], s.pose);
+            });
+            return strange || in_the_way(bodies_[kind], -1, c.pose);
+        });
     }
 }
 

@@ -1,6 +1,7 @@
 // Finds the robots of a site by their bodies in what one or several fixed cameras see at the same moment.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -39,6 +40,9 @@ struct Expectation {
     bool search_outlines = true;  // for exact robots behind others
 };
 
+/// Nats by which the edges in a picture speak for a robot where its body was found, and not for something else of about its size.
+using EdgeJudge = std::function<double(const BodySighting&)>;
+
 struct BodyObserverSettings {
     BodySearchSettings search;
     double least_probability = 0.5;  // of a body against clutter, to be a sighting
@@ -54,6 +58,7 @@ struct BodyObserverSettings {
     double rarity_of_things = 16;                             // nats: what nothing else explains must be so plain to be a thing ...
     double odds_of_thing = 3;                                 // ... and what may as well be a robot is likelier to be one, by so much ...
     double odds_if_alike = 40;  // ... and this much times the square of the part of both bodies that is common: alike, they explain the same
+    int most_strange = 4;       // places in a moment at which something stands that has not the robot's edges; beyond, a robot is not looked for
     double outline_loss = 8;    // nats by which the place of an outline may explain the pictures worse than the best place does
 };
 
@@ -63,9 +68,9 @@ public:
     explicit BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings = {});
 
     /// `wanted`: a flag for each robot of the site. Likeliest first; what one explains the next ones do not find again. Look-alikes share one
-    /// search.
+    /// search. `edges`: asked about each body before it is a robot; it may use standing().
     const std::vector<BodySighting>& find(std::span<const SeenBy> cameras, const std::vector<char>& wanted, std::span<const KnownRobot> known = {},
-                                          const Expectation& expected = {});
+                                          const Expectation& expected = {}, const EdgeJudge& edges = {});
     /// After find(): what stands there and is no robot of the site.
     const std::vector<BodyPlace>& things() const { return things_; }
     /// After find(): all that explains the moment, robots known before and things among it. Things count on behind the last robot.
@@ -112,10 +117,11 @@ private:
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);
     void settle_things();
-    bool settle_next(bool only_expected);
+    bool settle_next(bool only_expected, const EdgeJudge& edges);
     std::optional<Choice> choose() const;
     double score_of(const KnownRobot& outline, double trust = 1);
     double explained_beside(int robot, const Body& shape, const Pose2& pose, double trust);
+    bool is_robot(BodySighting& sighting, const EdgeJudge& edges);
     std::vector<KnownRobot>::iterator rather_than(const Choice& choice, bool only_expected);
     std::vector<BodyCandidate> rivals_of(const Choice& choice) const;
     FixedList<double, most_kinds> compare_kinds(std::size_t own, const BodyPlace& place);
@@ -142,6 +148,7 @@ private:
     std::vector<char> open_;                        // of each robot: not settled yet
     std::vector<KnownRobot> unsure_;                // outlines that have to hold yet
     std::vector<KnownRobot> standing_;              // robots that are settled
+    std::vector<KnownRobot> strange_;               // where bodies were found that have not the robots' edges
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     PlaceMemory memory_;
     std::vector<int> covered_;                            // pixels of the robot that is taken away

@@ -191,7 +191,8 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
         const int below = cell(std::max(foot->y(), top->y()) + reach + evidence.scale, evidence.height);
         if (right <= left || below <= above) continue;
         const Evidence::Sums seen = evidence.box(left, above, right, below);
-        if (static_cast<double>(seen.other) > settings_.least_other * static_cast<double>(seen.other + seen.plain)) return true;
+        const double covered = body.share_of_box * static_cast<double>(seen.other + seen.plain);
+        if (static_cast<double>(seen.other) > settings_.least_other * covered) return true;
     }
     return false;
 }
@@ -369,6 +370,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         if (!here.in_picture || here.log_ratio < 1) continue;
         place.seen[c] = 1;
         filled += here.samples * here.filled;
+        place.body_like += here.body_like;
         samples += here.samples;
         // What is not filled is where the body may end earlier than it is said to.
         const double gap = 0.35 * (1 - here.filled);

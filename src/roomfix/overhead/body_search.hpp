@@ -18,7 +18,7 @@ struct BodySearchSettings {
     double least_step = 0.05;       // m, of the coarse places
     int most_places = 40000;        // tried at first; the step grows where the floor is larger
     double farthest = 8;            // times the camera's height: nobody locates robots beyond
-    double least_other = 0.06;      // part of the body's box that must show something else for a closer look
+    double least_other = 0.06;      // part of what the body covers that must show something else, in the box around it, for a closer look
     int most_climbs = 12;           // places that are refined
     int most_by_look = 24;          // places at which the whole look is compared, where it is known: as many by how much differs, as by
                                     // some spots of the look
@@ -42,6 +42,7 @@ struct BodyPlace {
     double weight = 0;       // of all places, 0..1
     double probability = 0;  // that it is a body and no clutter
     double filled = 0;       // part of its pixels that differ from the background
+    double body_like = 0;    // nats, at most 0: how much less differs than where a body usually stands
     std::vector<char> seen;  // of each camera: it has the body in its picture and shows it
 };
 
@@ -58,6 +59,9 @@ struct BodyCandidate {
 class BodySearch {
 public:
     explicit BodySearch(const BodySearchSettings& settings = {});
+
+    /// Do bodies count that hardly differ from what they stand before? For somebody who looks at their edges afterwards.
+    void count_floor_coloured(bool count) { settings_.score.floor_coloured = count ? floor_coloured_ : 0; }
 
     /// Poses that explain the pictures better than nothing does, apart from each other, best first.
     std::vector<BodyCandidate> candidates(std::span<const SeenBy> cameras, const Body& body);
@@ -96,6 +100,7 @@ private:
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
     BodySearchSettings settings_;
+    double floor_coloured_ = settings_.score.floor_coloured;
     PlaceMemory memory_;
     std::vector<NearBody> near_;          // of each camera
     std::vector<Eigen::Vector3d> units_;  // normal numbers, evenly spread, for samples of poses

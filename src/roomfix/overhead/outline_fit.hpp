@@ -46,6 +46,8 @@ struct OutlineFitSettings {
     double right_shown = 7.5, right_bare = 2.5;
     double wrong_shown = 8.5, wrong_bare = 11.5;
     double wrong_scatter = 1.6;
+    double side_scatter = 0.33;  // part of the samples whose scatter tells the robot from another thing: those of a side that is not quite as described are
+                                 // off alike
 };
 
 struct OutlineFit {
@@ -66,6 +68,7 @@ struct OutlineFit {
     double edges = 0;         // nats by which the edges found speak for the outline, against edges that lie anywhere by chance
     double exact = 0;         // nats by which the picture shows the very solid, and not a robot that is only about so large
     double right = 0;         // nats by which the picture shows a robot about as described at this pose, and not at another one
+    double present = 0;       // nats by which it shows the robot at about this pose, and not another thing
     bool determined = false;  // enough edges to fix all unknowns
 };
 

@@ -12,7 +12,6 @@ namespace roomfix {
 namespace {
 
 constexpr double most_covered = 0.25;  // of the picture: more is no robot
-constexpr double soft_size = 0.05;     // m: targets that come in any number, such as people, are no exact solids
 
 /// True if the silhouette's box and the component's overlap.
 bool touches(const Silhouette& silhouette, const Component& component) {
@@ -39,6 +38,7 @@ OverheadObserver::OverheadObserver(const View& view, const std::vector<SiteRobot
     }
     for (const Cylinder& thing : settings.body.things) shapes_.push_back(shape_points(thing, settings.body.things_sigma));
     exact_.assign(robots.size(), 0.0);
+    described_.assign(robots.size(), settings.described);
     exact_to_others_ = exact_;
     found_.reserve(64);
     doubtful_.reserve(64);
@@ -106,7 +106,8 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
         known_.push_back(known_by_outline(o));
     }
     if (bodies_wanted_) {
-        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_, known_, expected_)) {
+        const EdgeJudge edges = [&](const BodySighting& sighting) { return edges_for(frame.grey, sighting, bodies_.standing()); };
+        for (const BodySighting& sighting : bodies_.find({&seen, 1}, wanted_, known_, expected_, edges)) {
             auto outline = std::find_if(result.observations.begin(), result.observations.end(), [&](const auto& o) { return o.robot == sighting.robot; });
             if (outline != result.observations.end() && bodies_.agrees({&seen, 1}, sighting.robot, outline->pose, sighting.place)) continue;
             if (outline != result.observations.end()) result.observations.erase(outline);
@@ -124,12 +125,7 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     const auto r = static_cast<std::size_t>(sighting.robot);
     if (parts_[r].empty() || parts_[r].front().size_sigma >= soft_size) return std::nullopt;
     if (!may_be_exact(sighting.robot) && !expected_.search) return std::nullopt;
-    const auto distance = [&](const Pose2& pose) { return std::hypot(pose.x - view_.position().x(), pose.y - view_.position().y()); };
-    others_.clear();
-    for (const KnownRobot& other : standing) {
-        if (other.robot == sighting.robot || distance(other.pose) > distance(sighting.place.pose)) continue;
-        others_.push_back(project_silhouette(view_, shapes_[static_cast<std::size_t>(other.robot)], other.pose));
-    }
+    set_nearer(sighting, standing);
     const FrameEvidence evidence{frame, &background_, &foreground_, &foreground_.mask};
     if (parts_[r].size() > 1) return outline_of_parts(evidence, sighting);
     std::optional<OutlineFit> best = fit_near(evidence, sighting.robot, sighting.place);
@@ -148,6 +144,16 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_at(LumaView frame
     return outline;
 }
 
+/// `others_`: what stands nearer to the camera than a robot.
+void OverheadObserver::set_nearer(const BodySighting& sighting, std::span<const KnownRobot> standing) {
+    const auto distance = [&](const Pose2& pose) { return std::hypot(pose.x - view_.position().x(), pose.y - view_.position().y()); };
+    others_.clear();
+    for (const KnownRobot& other : standing) {
+        if (other.robot == sighting.robot || distance(other.pose) > distance(sighting.place.pose)) continue;
+        others_.push_back(project_silhouette(view_, shapes_[static_cast<std::size_t>(other.robot)], other.pose));
+    }
+}
+
 /// The outline of a robot near a place where its body was found; nothing where it does not convince.
 std::optional<OutlineFit> OverheadObserver::fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place) {
     const std::vector<ShapePoints>& parts = parts_[static_cast<std::size_t>(robot)];
@@ -162,21 +168,40 @@ std::optional<OutlineFit> OverheadObserver::fit_near(const FrameEvidence& eviden
     return acceptable(found) ? std::optional(found.fit) : std::nullopt;
 }
 
-/// The outline of a body of several parts, in all turns where nobody knows how it stands: exactly as described, or about so.
-std::optional<SilhouetteObservation> OverheadObserver::outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting) {
+/// The outline of a body of several parts near where its area was found, in all turns where nobody knows how it stands: `turned_`, the likeliest first.
+void OverheadObserver::try_outlines(const FrameEvidence& evidence, const BodySighting& sighting) {
     const int robot = sighting.robot;
-    const std::vector<ShapePoints>& parts = parts_[static_cast<std::size_t>(robot)];
-    rough_ = parts;
-    rough_.front().size_sigma = std::hypot(parts.front().size_sigma, settings_.rough_parts);
+    rough_ = parts_[static_cast<std::size_t>(robot)];
+    rough_.front().size_sigma = std::hypot(rough_.front().size_sigma, settings_.rough_parts);
     turned_.clear();
     const auto expected = std::find_if(expected_.robots.begin(), expected_.robots.end(), [&](const PoseObservation& e) { return e.robot == robot; });
     const bool turn_known = expected != expected_.robots.end() && expected->yaw_known && expected->covariance(2, 2) < std::pow(settings_.turn_known, 2);
     const double start = turn_known ? expected->pose.yaw : sighting.place.pose.yaw;
-    const int turns = turn_known || parts.front().round() ? 1 : settings_.outline_turns;
-    for (int i = 0; i < turns; ++i) fit_parts(evidence, sighting.place, start + i * parts.front().symmetry / turns);
-    for (const BodyPlace& other : sighting.others) fit_parts(evidence, other, other.pose.yaw);
-    if (turned_.empty()) return std::nullopt;
+    const int turns = turn_known || rough_.front().round() ? 1 : settings_.outline_turns;
+    const auto try_turns = [&](const Eigen::Vector2d& off) {
+        for (int i = 0; i < turns; ++i) fit_parts(evidence, sighting.place, off, start + i * rough_.front().symmetry / turns);
+    };
+    const auto shown = [&] { return std::any_of(turned_.begin(), turned_.end(), [](const OutlineFit& fit) { return fit.right > 0; }); };
+    try_turns(Eigen::Vector2d::Zero());
+    for (const BodyPlace& other : sighting.others) fit_parts(evidence, other, Eigen::Vector2d::Zero(), other.pose.yaw);
+    if (!shown()) {  // too far away for the edges to be in reach?
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(sighting.place.covariance.topLeftCorner<2, 2>());
+        for (int axis = 1; axis >= 0 && !shown(); --axis) {
+            const Eigen::Vector2d off = settings_.outline_aside * std::sqrt(std::max(axes.eigenvalues()[axis], 0.0)) * axes.eigenvectors().col(axis);
+            try_turns(off);
+            try_turns(-off);
+        }
+    }
     std::sort(turned_.begin(), turned_.end(), [](const OutlineFit& a, const OutlineFit& b) { return a.right > b.right; });
+}
+
+/// The outline of a body of several parts: exactly as described, or about so.
+std::optional<SilhouetteObservation> OverheadObserver::outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting) {
+    const int robot = sighting.robot;
+    try_outlines(evidence, sighting);
+    note_description(robot);
+    if (turned_.empty()) return std::nullopt;
+    const std::vector<ShapePoints>& parts = parts_[static_cast<std::size_t>(robot)];
     const OutlineFit exact = fit_outline(evidence, view_, parts, turned_.front().pose, others_, settings_.fit);
     if (exact.determined && exact.score >= settings_.least_score && !may_stand_behind(evidence, parts, exact)) {
         const SilhouetteObservation outline = observation_of({.robot = robot, .fit = exact});
@@ -187,9 +212,34 @@ std::optional<SilhouetteObservation> OverheadObserver::outline_of_parts(const Fr
     return weighed_outlines(sighting);
 }
 
-/// Tries the outline of `rough_` at a place, turned to `yaw`.
-void OverheadObserver::fit_parts(const FrameEvidence& evidence, const BodyPlace& place, double yaw) {
-    const OutlineFit fit = fit_outline(evidence, view_, rough_, {place.pose.x, place.pose.y, yaw}, others_, settings_.fit);
+/// How much likelier a robot as described is to show the edges of `turned_` than anything else.
+double OverheadObserver::likelihood_of_edges() const {
+    double most = 0;
+    for (const OutlineFit& fit : turned_) most = std::max(most, std::exp(fit.present));
+    return most;
+}
+
+/// Nats by which the edges speak for a robot where its body was found, and not for something else of about its size. They say nothing of robots that
+/// are badly described.
+double OverheadObserver::edges_for(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
+    const auto r = static_cast<std::size_t>(sighting.robot);
+    if (parts_[r].size() < 2 || parts_[r].front().size_sigma >= soft_size) return 0;
+    set_nearer(sighting, standing);
+    try_outlines({frame, &background_, &foreground_, &foreground_.mask}, sighting);
+    const double described = 1 / (1 + std::exp(-described_[bodies_.kind(sighting.robot)]));
+    return std::log(described * likelihood_of_edges() + 1 - described);
+}
+
+/// Whether a kind of robot looks as the site file describes it shows over many frames; in some of them something else was found.
+void OverheadObserver::note_description(int robot) {
+    double& described = described_[bodies_.kind(robot)];
+    const double nats = std::log(settings_.surely_robot * likelihood_of_edges() + 1 - settings_.surely_robot);
+    described = std::clamp(described + std::min(nats, settings_.described_at_once), -settings_.most_exact, settings_.most_exact);
+}
+
+/// Tries the outline of `rough_` so far (m) off a place, turned to `yaw`.
+void OverheadObserver::fit_parts(const FrameEvidence& evidence, const BodyPlace& place, const Eigen::Vector2d& aside, double yaw) {
+    const OutlineFit fit = fit_outline(evidence, view_, rough_, {place.pose.x + aside.x(), place.pose.y + aside.y(), yaw}, others_, settings_.fit);
     if (!fit.determined || !enough_in_view(fit)) return;
     const Eigen::Vector2d off(fit.pose.x - place.pose.x, fit.pose.y - place.pose.y);
     const Eigen::Matrix2d spread = (place.covariance + fit.covariance).topLeftCorner<2, 2>();

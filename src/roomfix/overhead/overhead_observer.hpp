@@ -34,7 +34,10 @@ struct OverheadSettings {
     double least_visible = 0.25;    // part of the outline in view
     double rough_parts = 0.012;     // m: how far the sides of a body that is described by its parts are off, where it is not exactly so
     double described = 1.5;         // nats by which such a body, found by its area, stands as its outline says, before its edges are looked at
+    double described_at_once = 4;   // nats of that which one outline may tell
+    double surely_robot = 0.7;      // probability that what was found by its area is the robot, for what its outline says of the description
     int outline_turns = 8;          // in which its outline is tried where nobody knows how it is turned
+    double outline_aside = 1.5;     // deviations of the place that the area tells: so far off it is tried, too, where no edges are in reach
     double turn_known = 0.3;        // rad (1 sigma): where it is known
     double least_filled = 0.42;     // part of the silhouette that is foreground, for many soft targets
     double least_in_picture = 0.5;  // part of a soft target's silhouette that must be in the picture
@@ -126,8 +129,13 @@ private:
     bool acceptable(const Found& found) const;
     bool enough_in_view(const OutlineFit& fit) const { return fit.visible >= settings_.least_visible * fit.total; }
     std::optional<OutlineFit> fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place);
+    void set_nearer(const BodySighting& sighting, std::span<const KnownRobot> standing);
     std::optional<SilhouetteObservation> outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting);
-    void fit_parts(const FrameEvidence& evidence, const BodyPlace& place, double yaw);
+    void try_outlines(const FrameEvidence& evidence, const BodySighting& sighting);
+    void fit_parts(const FrameEvidence& evidence, const BodyPlace& place, const Eigen::Vector2d& aside, double yaw);
+    double edges_for(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing);
+    double likelihood_of_edges() const;
+    void note_description(int robot);
     SilhouetteObservation weighed_outlines(const BodySighting& sighting) const;
     bool available(int robot) const;
     bool tried_alike(int robot) const;
@@ -155,6 +163,7 @@ private:
     BodyObserver bodies_;
     std::vector<double> exact_;            // of each kind of robot: nats by which it is the solid that the site file describes
     std::vector<double> exact_to_others_;  // the same, as other cameras saw it
+    std::vector<double> described_;        // of each kind of robot: nats by which its outlines are about as described
     int frames_seen_ = 0;
     bool learning_ = true;
     bool bodies_wanted_ = true;

@@ -24,6 +24,9 @@ SampleCount samples_of(const Evidence::Sums& sums, double pixels_per_sample) {
 /// Log probability of one order of k of n, the part of them being of a Beta distribution.
 double log_evidence(const SampleCount& s, double filled, double open) { return log_beta_evidence(s.k, s.n, filled, open); }
 
+/// log(exp(a) + exp(b))
+double log_of_sum(double a, double b) { return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))); }
+
 Evidence::Sums sum_over(const Evidence& evidence, const BodyMask& mask, int step) {
     Evidence::Sums sums;
     for (const Span& span : mask.spans) {
@@ -84,8 +87,6 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     if (!mask.valid || mask.area < settings.least_whole * mask.whole || mask.area < 4) return score;
     score.in_picture = true;
     const Evidence::Sums inside = sum_over(evidence, mask, step);
-    const double clutter = clutter_around(evidence, mask, inside, settings);
-
     const double pixels_per_sample = std::max(settings.pixels_per_sample, mask.whole / most_samples);
     const SampleCount all = samples_of(inside, pixels_per_sample);
     const SampleCount middle = samples_of(core, pixels_per_sample);
@@ -93,8 +94,14 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     const SampleCount rim{rim_n, std::clamp(all.k - middle.k, 0.0, rim_n)};
     score.samples = all.n;
     score.filled = all.n > 0 ? all.k / all.n : 0;
-    score.around = clutter;
-    const double body_here = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
+    score.around = clutter_around(evidence, mask, inside, settings);
+    const double coloured = body.has_edges ? settings.floor_coloured : 0;
+    // A picture cleaner than usual shows no body.
+    const double clutter = coloured > 0 ? std::min(score.around, std::max(score.filled, settings.least_filled)) : score.around;
+    const double usual_body = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
+    const double anything = log_evidence(all, 1, 1);
+    const double body_here = coloured > 0 ? log_of_sum(std::log(1 - coloured) + usual_body, std::log(coloured) + anything) : usual_body;
+    score.body_like = coloured > 0 ? std::min(body_here - anything, 0.0) : 0;
     const double nothing_here = all.k * std::log(clutter) + (all.n - all.k) * std::log(1 - clutter);
     double ratio = body_here - nothing_here;
     if (!coarse && body.placed_by_look() && evidence.with_colours) {

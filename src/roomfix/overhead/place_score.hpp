@@ -17,8 +17,11 @@ struct PlaceScoreSettings {
     double core_open = 1.0;    // ... mean 0.75
     double rim_filled = 1.2;   // the same of what lies between the core and the body's outline: even, since bodies are rough
     double rim_open = 1.0;
+    double floor_coloured = 0.1;    // probability that a body is about as dark as what it stands before: any part of its pixels may differ then. For bodies
+                                    // whose edges are looked at, too
     double pixels_per_sample = 15;  // px of the small picture that say as much as one independent one: neighbours are alike
     double least_clutter = 0.02;    // part of the pixels that differ anywhere
+    double least_filled = 0.001;    // part of a body's pixels: as much may differ where nothing is
     double usual_weight = 0.25;     // of the body's pixels: so many of the whole picture count along with those around
     double surroundings = 0.5;      // of the body's box, to each side: where clutter is counted
     double hidden = 0.1;            // probability that all of the body is hidden from a camera by something unknown
@@ -41,6 +44,7 @@ struct PlaceScore {
     double samples = 0;    // independent pixels of the body in the picture
     double filled = 0;     // part of them that differ from the background
     double around = 0;     // part of the pixels around that do
+    double body_like = 0;  // nats, at most 0: how much less differs than where a body usually stands. Of bodies with edges
     bool in_picture = false;
 };
 
