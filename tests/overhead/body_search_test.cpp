@@ -142,9 +142,11 @@ TEST(BodySearch, EdgesShowARobotThatHardlyDiffersFromTheFloor) {
     const SiteRobot robot = rover();
     const Evidence evidence = evidence_of_pale(view, body_of(robot), truth);
     const std::vector<SeenBy> seen = {{&view, &evidence}};
-    BodyObserver observer({robot});
+    EXPECT_TRUE(BodyObserver({robot}).find(seen, {1}).empty()) << "by its area it is none";
+    BodyObserverSettings settings;
+    settings.search.score.floor_coloured = 0.1;
+    BodyObserver observer({robot}, settings);
     const auto near_truth = [&](const BodySighting& s) { return std::hypot(s.place.pose.x - truth.x, s.place.pose.y - truth.y) < 0.5; };
-    EXPECT_TRUE(observer.find(seen, {1}).empty()) << "by the area alone it is none";
     int asked = 0;
     const auto& found = observer.find(seen, {1}, {}, {}, [&](const BodySighting& s) {
         ++asked;

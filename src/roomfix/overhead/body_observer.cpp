@@ -46,7 +46,6 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     begin_moment(cameras);
-    search_.count_floor_coloured(static_cast<bool>(edges));
     look_for_things(expected);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
@@ -309,13 +308,9 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
         settle_thing_first(*thing);
         return true;
     }
-    auto places = search_.places(moment_, bodies_[kind], rivals_of(*best));
-    BodySighting sighting{best->robot, {}, {}, {}};
-    if (!places.empty()) {
-        sighting.place = places[0];
-        sighting.others.assign(places.begin() + 1, places.end());
-    }
-    if (places.empty() || !is_robot(sighting, edges)) {
+    const auto places = search_.places(moment_, bodies_[kind], rivals_of(*best));
+    BodySighting sighting{best->robot, places[0], {places.begin() + 1, places.end()}, {}};
+    if (!is_robot(sighting, edges)) {
         candidates_[kind].erase(candidates_[kind].begin() + static_cast<std::ptrdiff_t>(best->candidate));
         if (static_cast<int>(strange_.size()) > settings_.most_strange) candidates_[kind].clear();
         return true;

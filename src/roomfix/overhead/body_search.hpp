@@ -60,9 +60,6 @@ class BodySearch {
 public:
     explicit BodySearch(const BodySearchSettings& settings = {});
 
-    /// Do bodies count that hardly differ from what they stand before? For somebody who looks at their edges afterwards.
-    void count_floor_coloured(bool count) { settings_.score.floor_coloured = count ? floor_coloured_ : 0; }
-
     /// Poses that explain the pictures better than nothing does, apart from each other, best first.
     std::vector<BodyCandidate> candidates(std::span<const SeenBy> cameras, const Body& body);
     /// Scores candidates anew after what is seen has changed, and sorts them; those that explain nothing any more are left out.
@@ -100,7 +97,6 @@ private:
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
     BodySearchSettings settings_;
-    double floor_coloured_ = settings_.score.floor_coloured;
     PlaceMemory memory_;
     std::vector<NearBody> near_;          // of each camera
     std::vector<Eigen::Vector3d> units_;  // normal numbers, evenly spread, for samples of poses

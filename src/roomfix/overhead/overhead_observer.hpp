@@ -17,11 +17,18 @@
 
 namespace roomfix {
 
+/// One camera asks the edges of a body, so that bodies count that hardly differ from what they stand before.
+inline BodyObserverSettings bodies_with_edges() {
+    BodyObserverSettings settings;
+    settings.search.score.floor_coloured = 0.1;
+    return settings;
+}
+
 struct OverheadSettings {
     BackgroundSettings background;
     OutlineFitSettings fit;
     PlaceSearchSettings search;
-    BodyObserverSettings body;
+    BodyObserverSettings body = bodies_with_edges();
     double surely_exact = 3;        // nats of all that was seen of a kind of robot, for its outlines to be as exact as they state
     double most_exact = 12;         // nats that are remembered of it ...
     double exact_at_once = 2;       // ... and that one outline may tell

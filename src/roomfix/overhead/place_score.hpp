@@ -17,8 +17,7 @@ struct PlaceScoreSettings {
     double core_open = 1.0;    // ... mean 0.75
     double rim_filled = 1.2;   // the same of what lies between the core and the body's outline: even, since bodies are rough
     double rim_open = 1.0;
-    double floor_coloured = 0.1;    // probability that a body is about as dark as what it stands before: any part of its pixels may differ then. For bodies
-                                    // whose edges are looked at, too
+    double floor_coloured = 0;      // probability that a body with edges is about as dark as what it stands before: any part of its pixels may differ then
     double pixels_per_sample = 15;  // px of the small picture that say as much as one independent one: neighbours are alike
     double least_clutter = 0.02;    // part of the pixels that differ anywhere
     double least_filled = 0.001;    // part of a body's pixels: as much may differ where nothing is
