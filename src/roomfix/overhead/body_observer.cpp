@@ -326,7 +326,7 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
 bool BodyObserver::is_robot(BodySighting& sighting, const EdgeJudge& edges) {
     double& probability = sighting.place.probability;
     const bool by_area = probability >= settings_.least_probability;
-    if (!edges) return by_area;
+    if (!edges || !body(sighting.robot).has_edges) return by_area;
     const double nats = edges(sighting);
     const double prior = std::max(prior_of(sighting.robot, sighting.place.pose), 0.0);
     if (by_area && nats + sighting.place.body_like + settings_.odds_of_thing + prior >= 0) return true;
