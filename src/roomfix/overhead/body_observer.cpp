@@ -312,7 +312,7 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     BodySighting sighting{best->robot, places[0], {places.begin() + 1, places.end()}, {}};
     if (!is_robot(sighting, edges)) {
         candidates_[kind].erase(candidates_[kind].begin() + static_cast<std::ptrdiff_t>(best->candidate));
-        if (static_cast<int>(strange_.size()) > settings_.most_strange) candidates_[kind].clear();
+        if (bodies_[kind].has_edges && static_cast<int>(strange_.size()) > settings_.most_strange) candidates_[kind].clear();
         return true;
     }
     sighting.kinds = compare_kinds(kind, sighting.place);

@@ -40,7 +40,8 @@ struct Expectation {
     bool search_outlines = true;  // for exact robots behind others
 };
 
-/// Nats by which the edges in a picture speak for a robot where its body was found, and not for something else of about its size.
+/// Nats by which the edges in a picture speak for a robot where its body was found, and not for something else of about its size. Asked about bodies that
+/// have edges.
 using EdgeJudge = std::function<double(const BodySighting&)>;
 
 struct BodyObserverSettings {

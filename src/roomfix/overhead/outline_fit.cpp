@@ -261,14 +261,21 @@ struct Shown {
     double edges, bare;
 };
 
-/// Nats for one of two explanations of an outline, from how much of it shows an edge and from how far these are off: with the other one they scatter
-/// `wider` than stated. `scatter`: part of the samples whose scatter says something by itself.
-double evidence_for(const Shown& one, const Shown& other, double wider, const OutlineFit& fit, double independent, double scatter = 1) {
+/// Nats for one of two explanations of an outline.
+struct OutlineEvidence {
+    double share = 0;    // from how much of it shows an edge
+    double scatter = 0;  // from how far these are off
+
+    double all() const { return share + scatter; }
+};
+
+/// With the other explanation edges scatter `wider` than stated.
+OutlineEvidence evidence_for(const Shown& one, const Shown& other, double wider, const OutlineFit& fit, double independent) {
     const double shown = independent * fit.supported;
     const double visible = independent * fit.visible;
-    const double share = log_beta_evidence(shown, visible, one.edges, one.bare) - log_beta_evidence(shown, visible, other.edges, other.bare);
     const double variance = wider * wider;
-    return share + scatter * shown * 0.5 * (std::log(variance) - fit.residual * fit.residual * (1 - 1 / variance));
+    return {log_beta_evidence(shown, visible, one.edges, one.bare) - log_beta_evidence(shown, visible, other.edges, other.bare),
+            shown * 0.5 * (std::log(variance) - fit.residual * fit.residual * (1 - 1 / variance))};
 }
 
 /// Counts what the readings say at the final pose.
@@ -320,13 +327,11 @@ void set_covariance(const Samples& samples, const ShapePoints& shape, const Outl
     fit.covariance = (0.5 * (fit.covariance + fit.covariance.transpose())).eval();
     const double independent = std::min(1.0, samples.spacing / settings.edge_length);
     fit.exact =
-        evidence_for({settings.exact_shown, settings.exact_bare}, {settings.rough_shown, settings.rough_bare}, settings.rough_scatter, fit, independent);
-    const auto against_wrong = [&](double scatter) {
-        return evidence_for({settings.right_shown, settings.right_bare}, {settings.wrong_shown, settings.wrong_bare}, settings.wrong_scatter, fit, independent,
-                            scatter);
-    };
-    fit.right = against_wrong(1);
-    fit.present = against_wrong(settings.side_scatter);
+        evidence_for({settings.exact_shown, settings.exact_bare}, {settings.rough_shown, settings.rough_bare}, settings.rough_scatter, fit, independent).all();
+    const OutlineEvidence right =
+        evidence_for({settings.right_shown, settings.right_bare}, {settings.wrong_shown, settings.wrong_bare}, settings.wrong_scatter, fit, independent);
+    fit.right = right.all();
+    fit.present = right.share + settings.side_scatter * right.scatter;
     fit.determined = true;
 }
 

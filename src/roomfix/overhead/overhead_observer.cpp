@@ -223,7 +223,7 @@ double OverheadObserver::likelihood_of_edges() const {
 /// are badly described.
 double OverheadObserver::edges_for(LumaView frame, const BodySighting& sighting, std::span<const KnownRobot> standing) {
     const auto r = static_cast<std::size_t>(sighting.robot);
-    if (parts_[r].size() < 2 || parts_[r].front().size_sigma >= soft_size) return 0;
+    if (parts_[r].empty()) return 0;  // too many corners for a fit
     set_nearer(sighting, standing);
     try_outlines({frame, &background_, &foreground_, &foreground_.mask}, sighting);
     const double described = 1 / (1 + std::exp(-described_[bodies_.kind(sighting.robot)]));

@@ -95,13 +95,14 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     score.samples = all.n;
     score.filled = all.n > 0 ? all.k / all.n : 0;
     score.around = clutter_around(evidence, mask, inside, settings);
-    const double coloured = body.has_edges ? settings.floor_coloured : 0;
-    // A picture cleaner than usual shows no body.
-    const double clutter = coloured > 0 ? std::min(score.around, std::max(score.filled, settings.least_filled)) : score.around;
-    const double usual_body = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
-    const double anything = log_evidence(all, 1, 1);
-    const double body_here = coloured > 0 ? log_of_sum(std::log(1 - coloured) + usual_body, std::log(coloured) + anything) : usual_body;
-    score.body_like = coloured > 0 ? std::min(body_here - anything, 0.0) : 0;
+    double clutter = score.around;
+    double body_here = log_evidence(middle, settings.core_filled, settings.core_open) + log_evidence(rim, settings.rim_filled, settings.rim_open);
+    if (body.has_edges && settings.floor_coloured > 0) {
+        const double anything = log_evidence(all, 1, 1);
+        body_here = log_of_sum(std::log(1 - settings.floor_coloured) + body_here, std::log(settings.floor_coloured) + anything);
+        score.body_like = std::min(body_here - anything, 0.0);
+        clutter = std::min(clutter, std::max(score.filled, settings.least_filled));  // a picture cleaner than usual shows no body
+    }
     const double nothing_here = all.k * std::log(clutter) + (all.n - all.k) * std::log(1 - clutter);
     double ratio = body_here - nothing_here;
     if (!coarse && body.placed_by_look() && evidence.with_colours) {
