@@ -180,6 +180,28 @@ TEST(BodySearch, WhatHasOtherEdgesIsNoRobotUnlessItIsExpectedThere) {
     EXPECT_EQ(observer.find(seen, {1}, {}, expected, other).size(), 1U) << "where it was a moment ago it is likelier than another thing";
 }
 
+/// The head and shoulders of a person with trousers like the floor might be a low robot that stands far behind.
+TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
+    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const SiteRobot robot{"low", Box{0.6, 0.5, 0.5}};
+    const Pose2 truth{1.4, 0.6, 0};
+    Evidence evidence = evidence_of(view, {{body_of({"person", Cylinder{0.5, 1.7}}), truth}});
+    BodyMask legs;
+    cover(view, body_of({"legs", Cylinder{0.6, 0.9}}).parts, truth, 640, 480, 1, 1, legs);
+    for (const Span& span : legs.spans) {
+        for (int x = span.begin; x < span.end; ++x) {
+            if (span.y % 4) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {0, 1};
+        }
+    }
+    evidence.sum_up();
+    const std::vector<SeenBy> seen = {{&view, &evidence}};
+    BodyObserver observer({robot});
+    EXPECT_TRUE(observer.find(seen, {1}).empty());
+    BodyObserverSettings settings;
+    settings.same_pixels = 2;  // nobody asks
+    EXPECT_FALSE(BodyObserver({robot}, settings).find(seen, {1}).empty());
+}
+
 TEST(BodySearch, AnEmptyFloorHasNoBody) {
     const View left = camera({-1, -1, 3}, {2, 1, 0});
     const Evidence a = evidence_of(left, {});

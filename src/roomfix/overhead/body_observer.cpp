@@ -12,6 +12,14 @@
 
 namespace roomfix {
 
+/// Visits the numbers of a mask's pixels in a picture of this width.
+template <class Visit>
+static void for_each_pixel(const BodyMask& mask, int width, Visit&& visit) {
+    for (const Span& span : mask.spans) {
+        for (int x = span.begin; x < span.end; ++x) visit(span.y * width + x);
+    }
+}
+
 BodyObserver::BodyObserver(const std::vector<SiteRobot>& robots, const BodyObserverSettings& settings) : settings_(settings), search_(settings.search) {
     kind_of_ = kinds_of(robots);
     for (std::size_t r = 0; r < robots.size(); ++r) {
@@ -157,15 +165,37 @@ double BodyObserver::odds_against_thing(int robot, std::size_t thing) const {
     return settings_.odds_of_thing + settings_.odds_if_alike * alike * alike;
 }
 
+/// Part of a body's pixels in all cameras that another one would cover, too.
+double BodyObserver::covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other) {
+    double common = 0, all = 0;
+    for (const SeenBy& camera : moment_) {
+        const Evidence& evidence = *camera.evidence;
+        cover(*camera.view, shape.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
+        if (!memory_.mask.valid) continue;
+        covered_.clear();
+        for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { covered_.push_back(pixel); });
+        std::sort(covered_.begin(), covered_.end());
+        all += static_cast<double>(covered_.size());
+        cover(*camera.view, other.parts, at_other, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
+        if (!memory_.mask.valid) continue;
+        for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { common += std::binary_search(covered_.begin(), covered_.end(), pixel); });
+    }
+    return all > 0 ? common / all : 0;
+}
+
 /// The thing that explains better than a robot at this pose what both would explain, each with the best that the other kind makes of what it leaves;
 /// null: the robot does. All samples share the errors of the descriptions, so that only a part of the scores counts.
-const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose, double score) {
+/// `same_pixels`: things that stand elsewhere on the floor but cover much of the robot's pixels are asked, too: a person's head has its place on the floor
+/// far behind the person.
+const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose, double score, bool same_pixels) {
     const BodyCandidate* best = nullptr;
     std::size_t best_kind = 0;
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
         for (const BodyCandidate& thing : candidates_[kind]) {
+            if (best && thing.score <= best->score) continue;
             const double apart = std::hypot(thing.pose.x - pose.x, thing.pose.y - pose.y);
-            if (apart > body(robot).radius + bodies_[kind].radius || (best && thing.score <= best->score)) continue;
+            const bool near = apart <= body(robot).radius + bodies_[kind].radius;
+            if (!near && !(same_pixels && covered_part(body(robot), pose, bodies_[kind], thing.pose) >= settings_.same_pixels)) continue;
             best = &thing;
             best_kind = kind;
         }
@@ -293,7 +323,7 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
         const KnownRobot likeliest = *outline;
         unsure_.erase(outline);
         const double own = most - prior_of(likeliest.robot, likeliest.pose);
-        if (const BodyCandidate* thing = thing_instead_of(likeliest.robot, likeliest.pose, own)) {
+        if (const BodyCandidate* thing = thing_instead_of(likeliest.robot, likeliest.pose, own, false)) {
             settle_thing_first(*thing);
             unsure_.push_back(likeliest);
         } else if (most > settings_.search.odds_of_clutter) {
@@ -304,7 +334,8 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     if (!best) return false;
     const std::size_t kind = this->kind(best->robot);
     const BodyCandidate first = candidates_[kind][best->candidate];
-    if (const BodyCandidate* thing = thing_instead_of(best->robot, first.pose, first.score)) {
+    const bool expected_here = prior_of(best->robot, first.pose) > 0;
+    if (const BodyCandidate* thing = thing_instead_of(best->robot, first.pose, first.score, !expected_here)) {
         settle_thing_first(*thing);
         return true;
     }
@@ -507,14 +538,6 @@ KnownRobot known_by_outline(const SilhouetteObservation& outline) { return {outl
 
 bool BodyObserver::wants_colours() const {
     return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& body) { return body.has_look(); });
-}
-
-/// Visits the numbers of a mask's pixels in a picture of this width.
-template <class Visit>
-static void for_each_pixel(const BodyMask& mask, int width, Visit&& visit) {
-    for (const Span& span : mask.spans) {
-        for (int x = span.begin; x < span.end; ++x) visit(span.y * width + x);
-    }
 }
 
 /// What other outlines cover, beside the pixels that are `covered_`, is no shadow of this body: it is set aside.

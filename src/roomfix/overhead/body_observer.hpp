@@ -59,6 +59,7 @@ struct BodyObserverSettings {
     double rarity_of_things = 16;                             // nats: what nothing else explains must be so plain to be a thing ...
     double odds_of_thing = 3;                                 // ... and what may as well be a robot is likelier to be one, by so much ...
     double odds_if_alike = 40;  // ... and this much times the square of the part of both bodies that is common: alike, they explain the same
+    double same_pixels = 0.5;   // part of a robot's pixels that a thing covers, too, for both to explain the same
     int most_strange = 4;       // places in a moment at which something stands that has not the robot's edges; beyond, a robot is not looked for
     double outline_loss = 8;    // nats by which the place of an outline may explain the pictures worse than the best place does
 };
@@ -114,7 +115,8 @@ private:
     double most_of_things();
     double most_of_robot(int robot, double trust);
     double odds_against_thing(int robot, std::size_t thing) const;
-    const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score);
+    double covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other);
+    const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score, bool same_pixels);
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);
     void settle_things();
