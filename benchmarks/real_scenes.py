@@ -144,7 +144,7 @@ def unitn(splits=5):
             continue
         # One fixed offset in the robot's frame, and a half turn that nobody told.
         middle = np.median(offsets, axis=0)
-        half = 180 * round(np.median(turns % 360) / 180)
+        half = 0 if np.median(np.cos(np.radians(turns))) > 0 else 180
         deviation = (turns - half + 180) % 360 - 180
         scatter = np.hypot(*(offsets - middle).T)
         right = int(np.sum((scatter < 40) & (np.abs(deviation) < 15)))

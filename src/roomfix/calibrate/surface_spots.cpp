@@ -34,7 +34,7 @@ struct SpotSights {
 struct Sight {
     const Evidence* evidence = nullptr;
     std::vector<SeenSpot> seen;
-    double light = 0;
+    ToneChange tone;
 };
 
 }  // namespace
@@ -92,7 +92,7 @@ BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<Bod
     for (const BodySight& sight : sights) {
         for (const SeenBy& camera : moments[sight.moment].cameras) {
             if (camera.evidence->colours.empty()) continue;
-            Sight picture{camera.evidence, {}, 0};
+            Sight picture{camera.evidence, {}, {}};
             see_spots(*camera.view, *camera.evidence, look, sight.pose, settings.look, picture.seen);
             if (picture.seen.empty()) continue;
             look.channels = std::min(look.channels, camera.evidence->channels);
@@ -124,7 +124,7 @@ BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<Bod
                 sum.other += static_cast<double>(pixel.other);
                 sum.plain += static_cast<double>(pixel.plain);
                 ++sum.sights;
-                for (std::size_t k = 0; k < channels; ++k) sum.sum[k] += channel(picture, s.pixel, k) - picture.light;
+                for (std::size_t k = 0; k < channels; ++k) sum.sum[k] += picture.tone.undone(channel(picture, s.pixel, k));
             }
         }
         for (std::size_t spot = 0; spot < spots.size(); ++spot) {
@@ -132,12 +132,15 @@ BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<Bod
             for (std::size_t k = 0; k < channels && sum.sights > 0; ++k) look.spots[spot].colour[k] = static_cast<float>(sum.sum[k] / sum.sights);
         }
         if (i + 1 == rounds || pictures.size() < 2) break;
-        for (Sight& picture : pictures) picture.light = std::clamp(light_on(*picture.evidence, look, picture.seen), -1.0, 1.0);
+        for (Sight& picture : pictures) {
+            picture.tone = tone_on(*picture.evidence, look, picture.seen, settings.look);
+            picture.tone.light = std::clamp(picture.tone.light, -1.0, 1.0);
+        }
     }
     for (const Sight& picture : pictures) {
         for (const SeenSpot& s : picture.seen) {
             for (std::size_t k = 0; k < channels; ++k) {
-                const double off = channel(picture, s.pixel, k) - picture.light - static_cast<double>(look.spots[s.spot].colour[k]);
+                const double off = picture.tone.undone(channel(picture, s.pixel, k)) - static_cast<double>(look.spots[s.spot].colour[k]);
                 sums[kind[s.spot]].squares += off * off;
             }
         }

@@ -130,24 +130,28 @@ void BodyObserver::look_for_things(const Expectation& expected) {
     }
 }
 
-/// The most that a thing explains of what is left.
-double BodyObserver::most_of_things() {
+/// The most that a thing explains of what a robot at a pose leaves.
+double BodyObserver::most_of_things(int robot, const Pose2& pose) {
     double most = 0;
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
-        for (const BodyCandidate& candidate : candidates_[kind]) most = std::max(most, search_.score(moment_, bodies_[kind], candidate.pose));
+        for (const BodyCandidate& candidate : candidates_[kind]) {
+            if (stand_in_each_other(body(robot), pose, bodies_[kind], candidate.pose)) continue;
+            most = std::max(most, search_.score(moment_, bodies_[kind], candidate.pose));
+        }
     }
     return most;
 }
 
-/// The most that a robot explains of what is left, and how likely it is to stand there.
-double BodyObserver::most_of_robot(int robot, double trust) {
+/// The most that a robot explains of what a thing at a pose leaves, and how likely it is to stand there.
+double BodyObserver::most_of_robot(int robot, double trust, const Body& thing, const Pose2& at_thing) {
     double most = 0;
-    for (const BodyCandidate& candidate : candidates_[kind(robot)]) {
-        most = std::max(most, trust * search_.score(moment_, body(robot), candidate.pose) + prior_of(robot, candidate.pose));
-    }
+    const auto try_at = [&](const Pose2& pose, double score) {
+        if (!stand_in_each_other(body(robot), pose, thing, at_thing)) most = std::max(most, trust * score + prior_of(robot, pose));
+    };
+    for (const BodyCandidate& candidate : candidates_[kind(robot)]) try_at(candidate.pose, search_.score(moment_, body(robot), candidate.pose));
     if (const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)]) {
         const BodyCandidate near = search_.near(moment_, body(robot), expected->pose, expected->covariance);
-        most = std::max(most, trust * near.score + prior_of(robot, near.pose));
+        try_at(near.pose, near.score);
     }
     return most;
 }
@@ -207,10 +211,10 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     const double clutter = settings_.search.odds_of_clutter;
     if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
     take_away(best->pose, bodies_[best_kind], &on_trial_);
-    const double robot_behind = most_of_robot(robot, trust) - clutter;
+    const double robot_behind = most_of_robot(robot, trust, bodies_[best_kind], best->pose) - clutter;
     put_back();
     take_away(pose, body(robot), &on_trial_);
-    const double thing_behind = trust * most_of_things() - clutter - settings_.rarity_of_things;
+    const double thing_behind = trust * most_of_things(robot, pose) - clutter - odds_against_thing(robot, best_kind);
     put_back();
     // One thing may cover what several robots show.
     const double others = explained_beside(robot, bodies_[best_kind], best->pose, trust) - explained_beside(robot, body(robot), pose, trust);

@@ -112,8 +112,8 @@ private:
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
     void look_for_things(const Expectation& expected);
-    double most_of_things();
-    double most_of_robot(int robot, double trust);
+    double most_of_things(int robot, const Pose2& pose);
+    double most_of_robot(int robot, double trust, const Body& thing, const Pose2& at_thing);
     double odds_against_thing(int robot, std::size_t thing) const;
     double covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other);
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score, bool same_pixels);

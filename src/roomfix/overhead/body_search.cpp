@@ -10,6 +10,8 @@
 namespace roomfix {
 namespace {
 
+constexpr int turns_of_look = 16;  // in which it is compared all over the floor
+
 struct Floor {
     Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
     Eigen::Vector2d high = Eigen::Vector2d::Constant(-1e9);
@@ -197,17 +199,37 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
     return false;
 }
 
+double BodySearch::coarse_step(const Body& body) const { return (body.placed_by_look() ? settings_.coarse_step_of_look : settings_.coarse_step) * body.radius; }
+
 /// Some spots of the look, in all turns.
 void BodySearch::try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) {
-    constexpr int turns = 16;
-    const std::size_t step = body.learned->look.spots.size() / settings_.coarse_spots + 1;
     BodyCandidate best{{place.x(), place.y(), 0}, -1e9};
-    for (int turn = 0; turn < (body.round() ? 1 : turns); ++turn) {
-        const Pose2 pose{place.x(), place.y(), body.symmetry * turn / turns};
-        const double here = agreement(cameras, body, pose, step).value_or(-1e9);
+    for (int turn = 0; turn < turns_of_look; ++turn) {
+        const Pose2 pose{place.x(), place.y(), body.symmetry * turn / turns_of_look};
+        const double here = coarse_agreement(cameras, body, pose);
         if (here > best.score) best = {pose, here};
     }
     if (best.score > -1e9) by_look_.push_back(best);
+}
+
+/// Of some spots of the look.
+double BodySearch::coarse_agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    return agreement(cameras, body, pose, body.learned->look.spots.size() / settings_.coarse_spots + 1).value_or(-1e9);
+}
+
+/// The places that were tried lie farther apart than a look is wide: each to where some spots agree best nearby.
+void BodySearch::align_looks(std::span<const SeenBy> cameras, const Body& body) {
+    for (BodyCandidate& candidate : by_look_) {
+        for (const double part : {0.5, 0.25}) {
+            const double off = part * coarse_step(body), turn = part * body.symmetry / turns_of_look;
+            for (const Eigen::Vector3d& by : {Eigen::Vector3d(off, 0, 0), Eigen::Vector3d(-off, 0, 0), Eigen::Vector3d(0, off, 0), Eigen::Vector3d(0, -off, 0),
+                                              Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+                const Pose2 pose = moved(candidate.pose, by);
+                const double here = coarse_agreement(cameras, body, pose);
+                if (here > candidate.score) candidate = {pose, here};
+            }
+        }
+    }
 }
 
 /// All places at first, then the best of each neighbourhood.
@@ -217,7 +239,7 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
     const Floor floor = floor_in_sight(cameras, body, settings_.farthest);
     if (floor.low.x() > floor.high.x()) return;
     const Eigen::Vector2d extent = floor.high - floor.low;
-    double step = std::max(settings_.coarse_step * body.radius, settings_.least_step);
+    double step = std::max(coarse_step(body), settings_.least_step);
     step = std::max(step, std::sqrt(extent.x() * extent.y() / settings_.most_places));
     const int turns = body.round() ? 1 : static_cast<int>(std::lround(body.symmetry / std::numbers::pi * 6));
     for (double y = floor.low.y(); y <= floor.high.y(); y += step) {
@@ -237,10 +259,13 @@ void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body)
         return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < (body.placed_by_look() ? 0.6 : 1.2) * body.radius;
     };
     const auto most = static_cast<std::size_t>(body.placed_by_look() ? settings_.most_by_look : settings_.most_climbs);
-    for (auto* places : {&candidates_, &by_look_}) {
-        std::sort(places->begin(), places->end(), better);
-        keep_apart(*places, most, near);
-    }
+    const auto keep_best = [&](std::vector<BodyCandidate>& places, std::size_t count) {
+        std::sort(places.begin(), places.end(), better);
+        keep_apart(places, count, near);
+    };
+    keep_best(by_look_, settings_.most_aligned);
+    align_looks(cameras, body);
+    for (auto* places : {&candidates_, &by_look_}) keep_best(*places, most);
 }
 
 /// Places found by how much differs, turned as the look agrees best; the best of them are moved to where it agrees.
@@ -260,8 +285,28 @@ void BodySearch::compare_looks(std::span<const SeenBy> cameras, const Body& body
         candidates_.push_back(candidate);
     }
     std::sort(candidates_.begin(), candidates_.end(), better);
-    candidates_.resize(std::min(candidates_.size(), static_cast<std::size_t>(settings_.most_climbs)));
+    candidates_.resize(std::min(candidates_.size(), static_cast<std::size_t>(settings_.most_by_look)));
     for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
+    std::sort(candidates_.begin(), candidates_.end(), better);
+    for (std::size_t i = 0; i < std::min(candidates_.size(), settings_.most_from_beside); ++i)
+        candidates_[i] = climb_from_beside(cameras, body, candidates_[i]);
+}
+
+/// A look has narrow peaks: beside the one that was climbed there may be a higher one.
+BodyCandidate BodySearch::climb_from_beside(std::span<const SeenBy> cameras, const Body& body, BodyCandidate best) {
+    constexpr int most_rounds = 3;
+    const double off = 0.3 * body.radius, turn = 0.3, step = 0.15 * body.radius;
+    for (int round = 0; round < most_rounds; ++round) {
+        const BodyCandidate from = best;
+        for (const Eigen::Vector3d& by : {Eigen::Vector3d(off, 0, 0), Eigen::Vector3d(-off, 0, 0), Eigen::Vector3d(0, off, 0), Eigen::Vector3d(0, -off, 0),
+                                          Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+            const Pose2 beside = moved(from.pose, by);
+            const BodyCandidate there = climb(cameras, body, {beside, score(cameras, body, beside), from.prior}, step);
+            if (there.score > best.score) best = there;
+        }
+        if (best.score < from.score + 1) break;
+    }
+    return best;
 }
 
 BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread) {
@@ -311,15 +356,23 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
     Eigen::Matrix3d& spread = result.covariance;
     const double place_sigma = width * body.radius;
     const double turn_sigma = body.round() ? 1e-3 : 0.8 * width * body.symmetry;
-    spread = Eigen::Vector3d(place_sigma * place_sigma, place_sigma * place_sigma, turn_sigma * turn_sigma).asDiagonal();
-    constexpr double wider = 1.5;  // than what was found: tails are looked at, too
-    for (int round = 0; round < settings_.spread_rounds; ++round) {
+    const Eigen::Matrix3d start = Eigen::Vector3d(place_sigma * place_sigma, place_sigma * place_sigma, turn_sigma * turn_sigma).asDiagonal();
+    spread = start;
+    constexpr double wider = 1.5;       // than what was found: tails are looked at, too
+    constexpr double least_alike = 6;   // samples that count about as much: of fewer nobody tells a spread
+    constexpr int most_narrowings = 6;  // to half of the widths
+    const double least = settings_.least_place_sigma * settings_.least_place_sigma;
+    int narrowings = 0;
+    for (int round = 0; round < settings_.spread_rounds;) {
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
         const Eigen::Matrix3d lower = root.matrixL();
         prepare_near(cameras, body, moved(best.pose, mean));
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
         double weights = 0;
+        // The best pose is one of the samples when it comes to how many count.
+        const double top = std::exp(std::min(0.5 * root.matrixL().solve(mean).squaredNorm(), 12.0));
+        double counted = top, squared = top * top;
         for (int i = 0; i < settings_.spread_samples; ++i) {
             const Eigen::Vector3d& unit = units_[static_cast<std::size_t>(i + round * settings_.spread_samples)];
             Eigen::Vector3d by = mean + lower * unit;
@@ -327,14 +380,23 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
             const double here = score_near(cameras, body, moved(best.pose, by));
             const double weight = std::exp(std::clamp(trust * (here - best.score) + 0.5 * unit.squaredNorm(), -60.0, 12.0));
             weights += weight;
+            counted += weight;
+            squared += weight * weight;
             sum += weight * by;
             squares += weight * by * by.transpose();
         }
+        if (body.placed_by_look() && counted * counted < least_alike * squared) {
+            // A look's peak is narrower than the samples lie apart: from its top with closer ones. Where a round before told a spread, that is it.
+            if (round > 0 || narrowings == most_narrowings) break;
+            ++narrowings;
+            spread = start / std::pow(4, narrowings);
+            continue;
+        }
+        ++round;
         if (weights <= 0) break;
         mean = sum / weights;
         spread = squares / weights - mean * mean.transpose();
         spread = 0.5 * (spread + spread.transpose());
-        const double least = settings_.least_place_sigma * settings_.least_place_sigma;
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
         spread = axes.eigenvectors() * axes.eigenvalues().cwiseMax(least).asDiagonal() * axes.eigenvectors().transpose();
     }
@@ -406,18 +468,20 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
             if (cameras_seen == 1 && place.seen[c]) place.by_calibration.topRows<2>() = by;
         }
     }
+    const auto look = agreement(cameras, body, place.pose);
     constexpr double any_turn = std::numbers::pi * std::numbers::pi / 3;  // rad^2: any yaw is as good as any other
     if (body.round()) {
         place.covariance.row(2).setZero();
         place.covariance.col(2).setZero();
         place.covariance(2, 2) = any_turn;
     }
-    if (!body.round()) place.covariance(2, 2) += std::pow(settings_.turn_of_gaps * (1 - place.filled) + body.size_sigma / body.radius, 2);
+    // Where a look tells the direction, gaps do not matter.
+    const double gaps = look ? 0 : settings_.turn_of_gaps * (1 - place.filled);
+    if (!body.round()) place.covariance(2, 2) += std::pow(gaps + body.size_sigma / body.radius, 2);
     if (const double wider = std::sqrt(place.covariance(2, 2) / any_turn); wider > 1) {
         place.covariance.row(2) /= wider;
         place.covariance.col(2) /= wider;
     }
-    const auto look = agreement(cameras, body, place.pose);
     double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));

@@ -12,18 +12,21 @@ namespace roomfix {
 
 struct BodySearchSettings {
     PlaceScoreSettings score;
-    double samples_together = 80;   // of a body in each of several cameras: a near one must not outvote the others, since what the description leaves
-                                    // out is as large in its picture as the body
-    double coarse_step = 0.45;      // of the body's radius, between places that are tried first
-    double least_step = 0.05;       // m, of the coarse places
-    int most_places = 40000;        // tried at first; the step grows where the floor is larger
-    double farthest = 8;            // times the camera's height: nobody locates robots beyond
-    double least_other = 0.06;      // part of what the body covers that must show something else, in the box around it, for a closer look
-    int most_climbs = 12;           // places that are refined
-    int most_by_look = 24;          // places at which the whole look is compared, where it is known: as many by how much differs, as by
-                                    // some spots of the look
-    std::size_t coarse_spots = 80;  // of the look, compared all over the floor
-    int spread_samples = 64;        // drawn to measure how far the place is uncertain
+    double samples_together = 80;      // of a body in each of several cameras: a near one must not outvote the others, since what the description leaves
+                                       // out is as large in its picture as the body
+    double coarse_step = 0.45;         // of the body's radius, between places that are tried first
+    double coarse_step_of_look = 0.3;  // ... where the look is known: it has narrow peaks
+    double least_step = 0.03;          // m, of the coarse places
+    int most_places = 40000;           // tried at first; the step grows where the floor is larger
+    double farthest = 8;               // times the camera's height: nobody locates robots beyond
+    double least_other = 0.06;         // part of what the body covers that must show something else, in the box around it, for a closer look
+    int most_climbs = 12;              // places that are refined
+    int most_by_look = 24;             // places at which the whole look is compared, where it is known: as many by how much differs, as by
+                                       // some spots of the look
+    std::size_t most_aligned = 96;     // places found by some spots of the look, of which the best are kept when each is where they agree best nearby
+    std::size_t most_from_beside = 3;  // of the places found by the look: climbed from all sides, too
+    std::size_t coarse_spots = 80;     // of the look, compared all over the floor
+    int spread_samples = 64;           // drawn to measure how far the place is uncertain
     int spread_rounds = 3;
     double most_information = 40;      // nats: a body that is not exactly as described tells places apart no better than that
     double odds_of_clutter = 12;       // nats: what explains a picture as well as a body does by chance
@@ -91,9 +94,13 @@ private:
     void prepare_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
     double score_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse = false);
     void search_floor(std::span<const SeenBy> cameras, const Body& body);
+    double coarse_step(const Body& body) const;
+    double coarse_agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
+    void align_looks(std::span<const SeenBy> cameras, const Body& body);
     void try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place);
     bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
+    BodyCandidate climb_from_beside(std::span<const SeenBy> cameras, const Body& body, BodyCandidate best);
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
     BodySearchSettings settings_;

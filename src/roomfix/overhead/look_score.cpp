@@ -1,6 +1,7 @@
 #include "roomfix/overhead/look_score.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace roomfix {
@@ -15,6 +16,27 @@ double channel_of(const float* colour, int channels, int wanted, int k) {
     if (channels == wanted) return static_cast<double>(colour[k]);
     return static_cast<double>(channels == 1 ? colour[0] : (colour[0] + colour[1] + colour[2]) / 3);
 }
+
+/// A histogram's median: levels beyond it are no light.
+struct MedianOfOffs {
+    static constexpr int bins = 81;
+    static constexpr double width = 0.025;
+    std::array<int, bins> counts{};
+    int count = 0;
+
+    void add(double off) {
+        ++counts[static_cast<std::size_t>(std::clamp(static_cast<int>(std::lround(off / width)) + bins / 2, 0, bins - 1))];
+        ++count;
+    }
+    double median() const {
+        int below = 0;
+        for (int i = 0; i < bins; ++i) {
+            below += counts[static_cast<std::size_t>(i)];
+            if (2 * below >= count) return width * (i - bins / 2);
+        }
+        return 0;
+    }
+};
 
 }  // namespace
 
@@ -45,26 +67,41 @@ int see_spots(const View& view, const Evidence& evidence, const BodyLook& look, 
     return facing;
 }
 
-double light_on(const Evidence& evidence, const BodyLook& look, const std::vector<SeenSpot>& seen) {
-    // A histogram's median: levels beyond it are no light.
-    constexpr int bins = 81;
-    constexpr double width = 0.025;
-    std::array<int, bins> counts{};
-    for (const SeenSpot& s : seen) {
-        double off = 0;
-        for (int k = 0; k < look.channels; ++k) {
-            off += (channel_of(colour_of(evidence, s.pixel), evidence.channels, look.channels, k) -
-                    static_cast<double>(look.spots[s.spot].colour[static_cast<std::size_t>(k)])) /
-                   look.channels;
+ToneChange tone_on(const Evidence& evidence, const BodyLook& look, const std::vector<SeenSpot>& seen, const LookSettings& settings) {
+    const auto for_each_colour = [&](auto&& visit) {
+        for (const SeenSpot& s : seen) {
+            for (int k = 0; k < look.channels; ++k) {
+                const auto looks = static_cast<double>(look.spots[s.spot].colour[static_cast<std::size_t>(k)]);
+                visit(looks, channel_of(colour_of(evidence, s.pixel), evidence.channels, look.channels, k) - looks);
+            }
         }
-        ++counts[static_cast<std::size_t>(std::clamp(static_cast<int>(std::lround(off / width)) + bins / 2, 0, bins - 1))];
+    };
+    double sum = 0;
+    for_each_colour([&](double looks, double) { sum += looks; });
+    const double mean = sum / std::max(1.0, static_cast<double>(seen.size()) * look.channels);
+    // Dark and bright colours apart.
+    struct Half {
+        double colours = 0;
+        MedianOfOffs offs;
+    } dark, bright;
+    for_each_colour([&](double looks, double off) {
+        Half& half = looks < mean ? dark : bright;
+        half.colours += looks;
+        half.offs.add(off);
+    });
+    ToneChange tone;
+    tone.middle = mean;
+    if (dark.offs.count > 0 && bright.offs.count > 0) {
+        constexpr double noise = 0.1;  // of the difference of two medians
+        const double apart = bright.colours / bright.offs.count - dark.colours / dark.offs.count;
+        const double variance = settings.contrast_sigma * settings.contrast_sigma;
+        tone.contrast = (bright.offs.median() - dark.offs.median()) * apart * variance / (apart * apart * variance + noise * noise);
+        tone.contrast = std::clamp(tone.contrast, -2 * settings.contrast_sigma, 2 * settings.contrast_sigma);
     }
-    int below = 0;
-    for (int i = 0; i < bins; ++i) {
-        below += counts[static_cast<std::size_t>(i)];
-        if (2 * below >= static_cast<int>(seen.size())) return width * (i - bins / 2);
-    }
-    return 0;
+    MedianOfOffs offs;
+    for_each_colour([&](double looks, double off) { offs.add(off - tone.of(looks)); });
+    tone.light = offs.median();
+    return tone;
 }
 
 LookScore score_look(const View& view, const Evidence& evidence, const BodyLook& look, const Pose2& pose, double clutter, const LookSettings& settings,
@@ -73,7 +110,8 @@ LookScore score_look(const View& view, const Evidence& evidence, const BodyLook&
     score.spots = see_spots(view, evidence, look, pose, settings, seen, step);
     score.seen = static_cast<int>(seen.size());
     if (score.seen < settings.least_spots) return score;
-    const double light = std::clamp(light_on(evidence, look, seen), -2 * settings.light_sigma, 2 * settings.light_sigma);
+    ToneChange tone = tone_on(evidence, look, seen, settings);
+    tone.light = std::clamp(tone.light, -2 * settings.light_sigma, 2 * settings.light_sigma);
     const double log_range = std::log(evidence.colour_range);
     double sum = 0;
     for (const SeenSpot& s : seen) {
@@ -81,7 +119,8 @@ LookScore score_look(const View& view, const Evidence& evidence, const BodyLook&
         const float* colour = colour_of(evidence, s.pixel);
         double squares = 0;
         for (int k = 0; k < look.channels; ++k) {
-            const double off = channel_of(colour, evidence.channels, look.channels, k) - static_cast<double>(spot.colour[static_cast<std::size_t>(k)]) - light;
+            const auto looks = static_cast<double>(spot.colour[static_cast<std::size_t>(k)]);
+            const double off = channel_of(colour, evidence.channels, look.channels, k) - looks - tone.of(looks);
             squares += off * off;
         }
         const double sigma = static_cast<double>(spot.sigma);
@@ -90,7 +129,8 @@ LookScore score_look(const View& view, const Evidence& evidence, const BodyLook&
         const double as_else = clutter + (1 - clutter) * std::exp(std::min(static_cast<double>(evidence.as_background[s.pixel]), 50.0));
         sum += std::log((1 - settings.otherwise) * as_body / as_else + settings.otherwise);
     }
-    score.per_spot = sum / score.spots - 0.5 * std::pow(light / settings.light_sigma, 2) / score.spots;
+    const double unusual = std::hypot(tone.light / settings.light_sigma, tone.contrast / settings.contrast_sigma);
+    score.per_spot = (sum - 0.5 * unusual * unusual) / score.spots;
     return score;
 }
 

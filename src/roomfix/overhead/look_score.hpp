@@ -10,11 +10,12 @@
 namespace roomfix {
 
 struct LookSettings {
-    double otherwise = 0.15;     // part of the spots that are hidden, or look as never before
-    double light_sigma = 0.2;    // log: how far the light on the robot may differ from the light on the floor behind it
-    double facing = 0.2;         // cosine between a spot's direction and the camera's: flatter ones are not compared
-    double usual_clutter = 0.8;  // part of the pixels that show something else where looks of different places are compared
-    int least_spots = 12;        // in view: fewer say nothing
+    double otherwise = 0.15;       // part of the spots that are hidden, or look as never before
+    double light_sigma = 0.2;      // log: how far the light on the robot may differ from the light on the floor behind it
+    double contrast_sigma = 0.25;  // how far the contrast of log colours may differ: tone curves, black levels, haze
+    double facing = 0.2;           // cosine between a spot's direction and the camera's: flatter ones are not compared
+    double usual_clutter = 0.8;    // part of the pixels that show something else where looks of different places are compared
+    int least_spots = 12;          // in view: fewer say nothing
 };
 
 /// A spot in a picture.
@@ -42,7 +43,18 @@ LookScore score_look(const View& view, const Evidence& evidence, const BodyLook&
 /// distributions of four degrees of freedom, since few moments taught their widths; better than usual counts as usual.
 double log_odds_of_look(const LearnedBody& body, double per_spot);
 
-/// By how much (log) what is seen of the spots is brighter than they look.
-double light_on(const Evidence& evidence, const BodyLook& look, const std::vector<SeenSpot>& seen);
+/// What another light makes of a body's log colours: all brighter or darker, and farther from each other or closer.
+struct ToneChange {
+    double light = 0;     // added
+    double contrast = 0;  // added, times how far a colour is from `middle`
+    double middle = 0;    // log colour
+
+    double of(double colour) const { return light + contrast * (colour - middle); }
+    /// The colour that is seen like this.
+    double undone(double seen) const { return middle + (seen - light - middle) / (1 + contrast); }
+};
+
+/// By how much what is seen of the spots differs from how they look. The contrast is held near the usual one as `settings` say.
+ToneChange tone_on(const Evidence& evidence, const BodyLook& look, const std::vector<SeenSpot>& seen, const LookSettings& settings);
 
 }  // namespace roomfix
