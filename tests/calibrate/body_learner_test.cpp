@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "roomfix/geometry/pose.hpp"
+#include "roomfix/overhead/body_observer.hpp"
 #include "roomfix/site/body_parts.hpp"
 
 namespace roomfix {
@@ -116,9 +117,28 @@ TEST(BodyLearner, FindsTheRobotAmongPapersWithItsFront) {
     EXPECT_LT(std::hypot(places[0].pose.x - 1.3, places[0].pose.y - 0.9), 0.04);
     EXPECT_LT(std::abs(wrap_angle(places[0].pose.yaw + 1.5 - turn)), 0.1);
     EXPECT_GT(places[0].probability, 0.9);
+    EXPECT_LT(std::sqrt(places[0].covariance(0, 0)), 0.05) << "a look has a narrow peak";
+    EXPECT_LT(std::sqrt(places[0].covariance(2, 2)), 0.3);
     const auto none = search.places(other.moments[1].cameras, body, search.candidates(other.moments[1].cameras, body));
     if (!none.empty()) {
         EXPECT_LT(none[0].probability, 0.5);
+    }
+
+    // In other light: darker, and dark colours more so than bright ones.
+    Thing dim = robot_at(1.3, 0.9, -1.5);
+    for (auto* colour : {&dim.front, &dim.back}) {
+        for (float& c : *colour) c += -0.3f + 0.3f * (c - 5);
+    }
+    // A tall thing stands so near that a wider one there would reach into the robot.
+    const Thing near_by{{1.56, 0.9, 0}, {0.12, 0.2}, 0.6, {3.2f, 3.2f, 3.2f}, {3.2f, 3.2f, 3.2f}};
+    other.add({dim});
+    other.add({near_by, robot_at(1.3, 0.9, -1.5)});
+    BodyObserver observer({learned});
+    for (std::size_t moment = 2; moment < 4; ++moment) {
+        const auto& found = observer.find(other.moments[moment].cameras, {1});
+        ASSERT_EQ(found.size(), 1U) << moment;
+        EXPECT_LT(std::hypot(found[0].place.pose.x - 1.3, found[0].place.pose.y - 0.9), 0.04) << moment;
+        EXPECT_LT(std::abs(wrap_angle(found[0].place.pose.yaw + 1.5 - turn)), 0.1) << moment;
     }
 }
 

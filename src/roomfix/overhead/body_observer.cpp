@@ -207,14 +207,17 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     if (!best) return nullptr;
     const double trust = search_.trust_in(best->score);
     const double prior = std::max(prior_of(robot, pose), 0.0);
-    const double lead = trust * (best->score - score) - odds_against_thing(robot, best_kind) - prior;
+    const double colours = std::max(search_.odds_of_look(moment_, body(robot), pose).value_or(0), 0.0);
+    const double lead = trust * (best->score - score) - odds_against_thing(robot, best_kind) - prior - colours;
     const double clutter = settings_.search.odds_of_clutter;
     if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
     take_away(best->pose, bodies_[best_kind], &on_trial_);
     const double robot_behind = most_of_robot(robot, trust, bodies_[best_kind], best->pose) - clutter;
     put_back();
     take_away(pose, body(robot), &on_trial_);
-    const double thing_behind = trust * most_of_things(robot, pose) - clutter - odds_against_thing(robot, best_kind);
+    // Who is known by colours is hardly taken for a thing's part: then a thing beside the robot is as likely as one in its place.
+    const double rarity = body(robot).has_look() ? odds_against_thing(robot, best_kind) : settings_.rarity_of_things;
+    const double thing_behind = trust * most_of_things(robot, pose) - clutter - rarity;
     put_back();
     // One thing may cover what several robots show.
     const double others = explained_beside(robot, bodies_[best_kind], best->pose, trust) - explained_beside(robot, body(robot), pose, trust);

@@ -117,6 +117,11 @@ std::optional<double> BodySearch::agreement(std::span<const SeenBy> cameras, con
     return spots > 0 ? std::optional(sum / spots) : std::nullopt;
 }
 
+std::optional<double> BodySearch::odds_of_look(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    const auto seen = agreement(cameras, body, pose);
+    return seen ? std::optional(log_odds_of_look(*body.learned, *seen)) : std::nullopt;
+}
+
 std::vector<BodyCandidate> BodySearch::candidates(std::span<const SeenBy> cameras, const Body& body) {
     search_floor(cameras, body);
     for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius, true);
@@ -468,7 +473,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
             if (cameras_seen == 1 && place.seen[c]) place.by_calibration.topRows<2>() = by;
         }
     }
-    const auto look = agreement(cameras, body, place.pose);
+    const auto look = odds_of_look(cameras, body, place.pose);
     constexpr double any_turn = std::numbers::pi * std::numbers::pi / 3;  // rad^2: any yaw is as good as any other
     if (body.round()) {
         place.covariance.row(2).setZero();
@@ -483,7 +488,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance.col(2) /= wider;
     }
     double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
-    if (look) odds = body.round() ? odds + log_odds_of_look(*body.learned, *look) : std::min(log_odds_of_look(*body.learned, *look), place.log_ratio);
+    if (look) odds = body.round() ? odds + *look : std::min(*look, place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;
 }
