@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "roomfix/base/decompositions.hpp"
@@ -156,6 +157,41 @@ TEST(BodySearch, EdgesShowARobotThatHardlyDiffersFromTheFloor) {
     ASSERT_EQ(found.size(), 1U);
     EXPECT_TRUE(near_truth(found[0]));
     EXPECT_TRUE(observer.find(seen, {1}, {}, {}, [](const BodySighting&) { return -5.0; }).empty()) << "nor where its edges are not";
+}
+
+/// A grey robot on a grey floor: most of it may as well be a shadow, which says nothing.
+TEST(BodySearch, OfARobotThatMightBeAShadowLittleIsEnoughWhereEdgesTellTheRest) {
+    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const Pose2 truth{2.0, 1.1, 0.6};
+    SiteRobot torso{"torso", Box{}};
+    for (const auto& [width, low, high] : {std::array{0.5, 0.0, 0.2}, std::array{0.3, 0.2, 0.9}}) {
+        ConvexPart part;
+        for (int i = 0; i < 8; ++i) part.points.emplace_back(i & 1 ? width / 2 : -width / 2, i & 2 ? width / 2 : -width / 2, i & 4 ? high : low);
+        torso.parts.push_back(part);
+    }
+    Evidence evidence = evidence_of(view, {{body_of(torso), truth}});
+    int differs = 0, all = 0;
+    for (Evidence::Sums& pixel : evidence.pixels) {
+        if (pixel.other <= 0) continue;
+        ++all;
+        if (all % 29 == 0) {
+            ++differs;
+        } else {
+            pixel = {0, 0};
+        }
+    }
+    evidence.sum_up();
+    ASSERT_GT(differs, 100);
+    const std::vector<SeenBy> seen = {{&view, &evidence}};
+    BodyObserverSettings settings;
+    settings.search.least_other = 0.2;  // of other bodies more must differ
+    BodyObserver observer({torso}, settings);
+    const auto near_truth = [&](const BodySighting& s) { return std::hypot(s.place.pose.x - truth.x, s.place.pose.y - truth.y) < 0.3; };
+    const auto& found = observer.find(seen, {1}, {}, {}, [&](const BodySighting& s) { return near_truth(s) ? 15.0 : -5.0; });
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_TRUE(near_truth(found[0]));
+    settings.search.more_than_by_chance = 1e9;  // and of this one, too
+    EXPECT_TRUE(BodyObserver({torso}, settings).find(seen, {1}, {}, {}, [](const BodySighting&) { return 15.0; }).empty());
 }
 
 TEST(BodySearch, WhatHasOtherEdgesIsNoRobotUnlessItIsExpectedThere) {

@@ -199,7 +199,10 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
         if (right <= left || below <= above) continue;
         const Evidence::Sums seen = evidence.box(left, above, right, below);
         const double covered = body.share_of_box * static_cast<double>(seen.other + seen.plain);
-        if (static_cast<double>(seen.other) > settings_.least_other * covered) return true;
+        const double by_chance = evidence.clutter * static_cast<double>(seen.other + seen.plain);
+        const double more = settings_.more_than_by_chance * by_chance + settings_.least_samples * settings_.score.pixels_per_sample;
+        const double least = settings_.least_other * covered;
+        if (static_cast<double>(seen.other) > (body.has_edges ? std::min(least, more) : least)) return true;
     }
     return false;
 }

@@ -20,6 +20,8 @@ struct BodySearchSettings {
     int most_places = 40000;           // tried at first; the step grows where the floor is larger
     double farthest = 8;               // times the camera's height: nobody locates robots beyond
     double least_other = 0.06;         // part of what the body covers that must show something else, in the box around it, for a closer look
+    double more_than_by_chance = 2;    // ... or, where edges tell whether it is the robot, so many times what differs in such a box by chance, ...
+    double least_samples = 6;          // ... and so many independent pixels more
     int most_climbs = 12;              // places that are refined
     int most_by_look = 24;             // places at which the whole look is compared, where it is known: as many by how much differs, as by
                                        // some spots of the look
