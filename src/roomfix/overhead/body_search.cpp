@@ -1,6 +1,7 @@
 #include "roomfix/overhead/body_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -63,6 +64,12 @@ void note_lasting(BodyPlace& place, const Body& body, double part) {
     if (body.round()) place.lasting.root.row(2).setZero();
     if (std::count(place.seen.begin(), place.seen.end(), 1) > 1) return;
     place.lasting.only_camera = static_cast<int>(std::find(place.seen.begin(), place.seen.end(), 1) - place.seen.begin());
+}
+
+/// A step to each side along x and y (m) and to each side of the turn (rad).
+std::array<Eigen::Vector3d, 6> steps_around(double step, double turn) {
+    return {Eigen::Vector3d(step, 0, 0),  Eigen::Vector3d(-step, 0, 0), Eigen::Vector3d(0, step, 0),
+            Eigen::Vector3d(0, -step, 0), Eigen::Vector3d(0, 0, turn),  Eigen::Vector3d(0, 0, -turn)};
 }
 
 Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.x(), pose.y + by.y(), wrap_angle(pose.yaw + by.z())}; }
@@ -199,10 +206,12 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
         if (right <= left || below <= above) continue;
         const Evidence::Sums seen = evidence.box(left, above, right, below);
         const double covered = body.share_of_box * static_cast<double>(seen.other + seen.plain);
-        const double by_chance = evidence.clutter * static_cast<double>(seen.other + seen.plain);
-        const double more = settings_.more_than_by_chance * by_chance + settings_.least_samples * settings_.score.pixels_per_sample;
-        const double least = settings_.least_other * covered;
-        if (static_cast<double>(seen.other) > (body.has_edges ? std::min(least, more) : least)) return true;
+        double least = settings_.least_other * covered;
+        if (body.has_edges) {
+            const double by_chance = evidence.clutter * static_cast<double>(seen.other + seen.plain);
+            least = std::min(least, settings_.more_than_by_chance * by_chance + settings_.least_samples * settings_.score.pixels_per_sample);
+        }
+        if (static_cast<double>(seen.other) > least) return true;
     }
     return false;
 }
@@ -230,8 +239,7 @@ void BodySearch::align_looks(std::span<const SeenBy> cameras, const Body& body) 
     for (BodyCandidate& candidate : by_look_) {
         for (const double part : {0.5, 0.25}) {
             const double off = part * coarse_step(body), turn = part * body.symmetry / turns_of_look;
-            for (const Eigen::Vector3d& by : {Eigen::Vector3d(off, 0, 0), Eigen::Vector3d(-off, 0, 0), Eigen::Vector3d(0, off, 0), Eigen::Vector3d(0, -off, 0),
-                                              Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+            for (const Eigen::Vector3d& by : steps_around(off, turn)) {
                 const Pose2 pose = moved(candidate.pose, by);
                 const double here = coarse_agreement(cameras, body, pose);
                 if (here > candidate.score) candidate = {pose, here};
@@ -306,8 +314,7 @@ BodyCandidate BodySearch::climb_from_beside(std::span<const SeenBy> cameras, con
     const double off = 0.3 * body.radius, turn = 0.3, step = 0.15 * body.radius;
     for (int round = 0; round < most_rounds; ++round) {
         const BodyCandidate from = best;
-        for (const Eigen::Vector3d& by : {Eigen::Vector3d(off, 0, 0), Eigen::Vector3d(-off, 0, 0), Eigen::Vector3d(0, off, 0), Eigen::Vector3d(0, -off, 0),
-                                          Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+        for (const Eigen::Vector3d& by : steps_around(off, turn)) {
             const Pose2 beside = moved(from.pose, by);
             const BodyCandidate there = climb(cameras, body, {beside, score(cameras, body, beside), from.prior}, step);
             if (there.score > best.score) best = there;
@@ -341,8 +348,7 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
         const double turn = body.round() ? 0 : step / body.radius;
         for (int round = 0; round < 6; ++round) {
             bool improved = false;
-            for (const Eigen::Vector3d& by : {Eigen::Vector3d(step, 0, 0), Eigen::Vector3d(-step, 0, 0), Eigen::Vector3d(0, step, 0),
-                                              Eigen::Vector3d(0, -step, 0), Eigen::Vector3d(0, 0, turn), Eigen::Vector3d(0, 0, -turn)}) {
+            for (const Eigen::Vector3d& by : steps_around(step, turn)) {
                 if (by.isZero(0)) continue;
                 const Pose2 pose = moved(start.pose, by);
                 const double here = score_near(cameras, body, pose, coarse);
