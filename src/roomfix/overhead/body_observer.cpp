@@ -169,15 +169,22 @@ double BodyObserver::odds_against_thing(int robot, std::size_t thing) const {
     return settings_.odds_of_thing + settings_.odds_if_alike * alike * alike;
 }
 
+/// Fills `covered_` with the pixels that a body covers in a camera's picture; false where nobody can tell.
+bool BodyObserver::list_pixels(const SeenBy& camera, const Body& shape, const Pose2& pose) {
+    const Evidence& evidence = *camera.evidence;
+    cover(*camera.view, shape.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
+    if (!memory_.mask.valid) return false;
+    covered_.clear();
+    for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { covered_.push_back(pixel); });
+    return true;
+}
+
 /// Part of a body's pixels in all cameras that another one would cover, too.
 double BodyObserver::covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other) {
     double common = 0, all = 0;
     for (const SeenBy& camera : moment_) {
+        if (!list_pixels(camera, shape, pose)) continue;
         const Evidence& evidence = *camera.evidence;
-        cover(*camera.view, shape.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
-        if (!memory_.mask.valid) continue;
-        covered_.clear();
-        for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { covered_.push_back(pixel); });
         std::sort(covered_.begin(), covered_.end());
         all += static_cast<double>(covered_.size());
         cover(*camera.view, other.parts, at_other, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
@@ -572,10 +579,7 @@ void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<st
     for (std::size_t c = 0; c < moment_.size(); ++c) {
         Evidence& evidence = left_[c];
         if (before) (*before)[c].clear();
-        cover(*moment_[c].view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
-        if (!memory_.mask.valid) continue;
-        covered_.clear();
-        for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { covered_.push_back(pixel); });
+        if (!list_pixels(moment_[c], body, pose)) continue;
         spare_outlines(c, pose, body);
         evidence.take_away(covered_, before ? &(*before)[c] : nullptr);
         for (const auto& [pixel, shadow] : spared_) evidence.perhaps[pixel] = shadow;

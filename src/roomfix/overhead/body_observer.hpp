@@ -115,6 +115,7 @@ private:
     double most_of_things(int robot, const Pose2& pose);
     double most_of_robot(int robot, double trust, const Body& thing, const Pose2& at_thing);
     double odds_against_thing(int robot, std::size_t thing) const;
+    bool list_pixels(const SeenBy& camera, const Body& shape, const Pose2& pose);
     double covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other);
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score, bool same_pixels);
     bool settle_thing(const BodyCandidate& thing);
