@@ -76,6 +76,17 @@ double note_kind(Track& track, const PoseObservation& observation, const Group& 
     return evidence;
 }
 
+/// Robots of the group that the association has not seen yet, or has lost.
+std::vector<int> free_robots(const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    std::vector<int> free;
+    for (const int robot : group.robots) {
+        const auto known = std::find_if(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
+        if (known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
+            free.push_back(robot);
+    }
+    return free;
+}
+
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
 std::vector<PossiblePair> possible_pairs(const Association& association, const GroupSighting& frame, const Group& group, const TrackingModels& models) {
     std::vector<PossiblePair> pairs;
@@ -101,6 +112,26 @@ std::vector<PossiblePair> possible_pairs(const Association& association, const G
         }
     }
     return pairs;
+}
+
+/// The bit of one of the group's robots in Track::beside.
+std::uint64_t bit_of(int robot, const Group& group) {
+    const auto at = static_cast<std::size_t>(std::find(group.robots.begin(), group.robots.end(), robot) - group.robots.begin());
+    return at < 64 ? std::uint64_t{1} << at : 0;
+}
+
+/// Where all names are taken, a track without a name is no robot of the group, or it is one of them seen elsewhere than it is thought to be. No frame has
+/// shown both then: the track must not take what that robot's own track would take as well.
+void charge_strangers(std::vector<PossiblePair>& pairs, const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    if (group.many || !free_robots(association, time, group, models).empty()) return;
+    const auto track_of = [&](const PossiblePair& pair) -> const Track& { return association.tracks[static_cast<std::size_t>(pair.row)]; };
+    for (PossiblePair& pair : pairs) {
+        const Track& track = track_of(pair);
+        const bool may_be_known = !track.named && std::any_of(pairs.begin(), pairs.end(), [&](const PossiblePair& other) {
+            return other.column == pair.column && track_of(other).named && (track.beside & bit_of(track_of(other).robot, group)) == 0;
+        });
+        if (may_be_known) pair.cost -= 2 * std::log(no_robot);
+    }
 }
 
 double cost_of(const std::vector<PossiblePair>& pairs, int row, int column, double otherwise) {
@@ -170,12 +201,17 @@ double take_assigned(Association& association, const std::vector<int>& column_of
     double evidence = 0;
     std::vector<char> used(frame.robots.size(), 0);
     const std::size_t old_tracks = association.tracks.size();
+    std::uint64_t shown = 0;  // robots of the group
+    for (std::size_t t = 0; t < old_tracks && !group.many; ++t) {
+        if (association.tracks[t].named && column_of[t] >= 0) shown |= bit_of(association.tracks[t].robot, group);
+    }
     for (std::size_t t = 0; t < old_tracks; ++t) {
         Track& track = association.tracks[t];
         const bool watched = std::any_of(track.sources.begin(), track.sources.end(), [&](const SourceHealth& s) { return s.source == event.source; });
         if (watched) track.presence += 0.15 * ((column_of[t] >= 0 ? 1 : 0) - track.presence);
         if (column_of[t] < 0) continue;
         used[static_cast<std::size_t>(column_of[t])] = 1;
+        if (!track.named) track.beside |= shown;
         const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
         const double plain = take_as(track, track.named ? track.robot : seen.robot, seen, event, group, models);
         evidence += plain;
@@ -215,17 +251,6 @@ void drop_doubles(Association& association, const TrackingModels& models) {
     }
     std::size_t i = 0;
     std::erase_if(association.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
-}
-
-/// Robots of the group that the association has not seen yet, or has lost.
-std::vector<int> free_robots(const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    std::vector<int> free;
-    for (const int robot : group.robots) {
-        const auto known = std::find_if(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
-        if (known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
-            free.push_back(robot);
-    }
-    return free;
 }
 
 /// A robot whose name a new track may get, and how many robots it stands for: of those that nothing will ever tell apart the first is taken.
@@ -453,7 +478,8 @@ void take_frame(GroupState& state, const GroupSighting& frame, const Event& even
     for (std::size_t s = 0; s < old_accounts; ++s) {
         Association& association = state.associations[s];
         drop_lost(association, event.time, models);
-        const auto pairs = possible_pairs(association, frame, group, models);
+        auto pairs = possible_pairs(association, frame, group, models);
+        charge_strangers(pairs, association, event.time, group, models);
         const double alone = models.settings.like_gate + (group.many ? 0 : most_vague);
         const std::vector<int> column_of = assign(static_cast<int>(association.tracks.size()), static_cast<int>(frame.robots.size()), pairs, alone);
         if (!group.many) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -49,6 +50,7 @@ struct Track {
     Conviction conviction;                     // in one of them
     double named_by_chance = 1;                // probability of its name where it was given to one of several that nothing will ever tell apart
     std::array<double, most_kinds> as_kind{};  // nats by which it was seen as a robot of each kind
+    std::uint64_t beside = 0;                  // of a track without a name: robots of its group, a bit each, that some frame showed together with it
     double presence = 1;                       // part of the last frames of its cameras that showed it
     double budget = most_budget;               // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
