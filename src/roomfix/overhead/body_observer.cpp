@@ -53,6 +53,7 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         const bool well = e.covariance.topLeftCorner<2, 2>().trace() < settings_.expected_within * settings_.expected_within;
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
+    known_things_ = expected.things;
     begin_moment(cameras);
     look_for_things(expected);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
@@ -130,12 +131,28 @@ void BodyObserver::look_for_things(const Expectation& expected) {
     }
 }
 
-/// The most that a thing explains of what a robot at a pose leaves.
+/// Is it where a thing should be by what was seen of it before?
+bool BodyObserver::is_at(const PoseObservation& thing, const Pose2& pose) {
+    constexpr double nearby = 9;  // squared Mahalanobis distance
+    const Eigen::Vector2d off(pose.x - thing.pose.x, pose.y - thing.pose.y);
+    return off.dot(thing.covariance.topLeftCorner<2, 2>().inverse() * off) < nearby;
+}
+
+/// Nats by which a thing is likelier to stand at a pose than anywhere on the floor; nothing where none is expected.
+std::optional<double> BodyObserver::prior_of_thing(const Pose2& pose) const {
+    std::optional<double> most;
+    for (const PoseObservation& thing : known_things_) {
+        if (is_at(thing, pose)) most = std::max(most.value_or(0), odds_here(thing, pose));
+    }
+    return most;
+}
+
+/// The most that a thing that nobody expects explains of what a robot at a pose leaves.
 double BodyObserver::most_of_things(int robot, const Pose2& pose) {
     double most = 0;
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
         for (const BodyCandidate& candidate : candidates_[kind]) {
-            if (stand_in_each_other(body(robot), pose, bodies_[kind], candidate.pose)) continue;
+            if (prior_of_thing(candidate.pose) || stand_in_each_other(body(robot), pose, bodies_[kind], candidate.pose)) continue;
             most = std::max(most, search_.score(moment_, bodies_[kind], candidate.pose));
         }
     }
@@ -215,7 +232,7 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     const double trust = search_.trust_in(best->score);
     const double prior = std::max(prior_of(robot, pose), 0.0);
     const double colours = std::max(search_.odds_of_look(moment_, body(robot), pose).value_or(0), 0.0);
-    const double lead = trust * (best->score - score) - odds_against_thing(robot, best_kind) - prior - colours;
+    const double lead = trust * (best->score - score) + prior_of_thing(best->pose).value_or(0) - odds_against_thing(robot, best_kind) - prior - colours;
     const double clutter = settings_.search.odds_of_clutter;
     if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
     take_away(best->pose, bodies_[best_kind], &on_trial_);
@@ -227,7 +244,7 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     const double thing_behind = trust * most_of_things(robot, pose) - clutter - rarity;
     put_back();
     // One thing may cover what several robots show.
-    const double others = explained_beside(robot, bodies_[best_kind], best->pose, trust) - explained_beside(robot, body(robot), pose, trust);
+    const double others = explained_beside(robot, best_kind, best->pose, trust) - explained_beside(robot, this->kind(robot), pose, trust);
     return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) + others > 0 ? best : nullptr;
 }
 
@@ -239,7 +256,8 @@ bool BodyObserver::settle_thing(const BodyCandidate& thing) {
         BodyPlace place = search_.measure(moment_, bodies_[kind], thing);
         const int number = static_cast<int>(robots_ + kind - kinds());
         candidates.erase(candidates.begin() + (&thing - candidates.data()));
-        const double odds = place.log_ratio - settings_.search.odds_of_clutter - settings_.rarity_of_things;
+        const double rarity = prior_of_thing(place.pose) ? 0 : settings_.rarity_of_things;
+        const double odds = place.log_ratio - settings_.search.odds_of_clutter - rarity;
         if (odds < 0 || in_the_way(bodies_[kind], number, place.pose)) return false;
         place.probability = 1 / (1 + std::exp(-odds));
         things_.push_back(place);
@@ -288,9 +306,14 @@ bool BodyObserver::is_missing(std::size_t kind) const {
 double BodyObserver::prior_of(int robot, const Pose2& pose) const {
     const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)];
     if (!expected) return 0;
+    return odds_here(*expected, pose);
+}
+
+/// Nats by which what is expected is likelier to stand at a pose than anywhere on the floor.
+double BodyObserver::odds_here(const PoseObservation& expected, const Pose2& pose) const {
     constexpr double least = 0.02;  // m: bodies are found no better
-    const Eigen::Matrix2d spread = expected->covariance.topLeftCorner<2, 2>() + least * least * Eigen::Matrix2d::Identity();
-    const Eigen::Vector2d off(pose.x - expected->pose.x, pose.y - expected->pose.y);
+    const Eigen::Matrix2d spread = expected.covariance.topLeftCorner<2, 2>() + least * least * Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d off(pose.x - expected.pose.x, pose.y - expected.pose.y);
     const double density = std::exp(-0.5 * off.dot(spread.inverse() * off)) / (2 * std::numbers::pi * std::sqrt(spread.determinant()));
     return std::log((1 - settings_.surprise) * density * settings_.floor + settings_.surprise);
 }
@@ -388,10 +411,11 @@ double BodyObserver::score_of(const KnownRobot& outline, double trust) {
     return trust * search_.score(moment_, body(outline.robot), outline.pose) + outline.edges + prior_of(outline.robot, outline.pose);
 }
 
-/// What the other open robots explain together if `shape`, a robot or a thing, stands at a pose: the most that each of them makes of what that leaves. One
-/// that is expected and has nothing left to stand on is a surprise.
-double BodyObserver::explained_beside(int robot, const Body& shape, const Pose2& pose, double trust) {
+/// What the other open robots and the things that are known explain together if a body of `kind`, a robot's or a thing's, stands at a pose: the most that
+/// each of them makes of what that leaves. One that is expected and has nothing left to stand on is a surprise.
+double BodyObserver::explained_beside(int robot, std::size_t kind, const Pose2& pose, double trust) {
     constexpr std::size_t most_candidates = 6;  // of a kind
+    const Body& shape = bodies_[kind];
     take_away(pose, shape, &on_trial_);
     double all = 0;
     for (std::size_t r = 0; r < open_.size(); ++r) {
@@ -406,6 +430,17 @@ double BodyObserver::explained_beside(int robot, const Body& shape, const Pose2&
         for (std::size_t c = 0; c < std::min(candidates.size(), most_candidates); ++c) {
             const Pose2& there = candidates[c].pose;
             if (fits(there)) most = std::max(most, trust * search_.score(moment_, body(other), there) + prior_of(other, there));
+        }
+        all += most;
+    }
+    for (const PoseObservation& thing : known_things_) {
+        if (kind >= kinds() && is_at(thing, pose)) continue;  // it is this one
+        double most = std::log(settings_.surprise);
+        for (std::size_t other = kinds(); other < bodies_.size(); ++other) {
+            for (const BodyCandidate& candidate : candidates_[other]) {
+                if (!is_at(thing, candidate.pose) || stand_in_each_other(shape, pose, bodies_[other], candidate.pose)) continue;
+                most = std::max(most, trust * search_.score(moment_, bodies_[other], candidate.pose) + odds_here(thing, candidate.pose));
+            }
         }
         all += most;
     }
@@ -427,9 +462,9 @@ std::vector<KnownRobot>::iterator BodyObserver::rather_than(const Choice& choice
         if (u->robot == choice.robot ? !elsewhere : !in_the_way) continue;
         if (!most) {
             most =
-                trust * body_there.score + prior_of(choice.robot, body_there.pose) + explained_beside(choice.robot, body(choice.robot), body_there.pose, trust);
+                trust * body_there.score + prior_of(choice.robot, body_there.pose) + explained_beside(choice.robot, kind(choice.robot), body_there.pose, trust);
         }
-        const double all = score_of(*u, trust) + explained_beside(u->robot, body(u->robot), u->pose, trust);
+        const double all = score_of(*u, trust) + explained_beside(u->robot, kind(u->robot), u->pose, trust);
         if (all <= *most) continue;
         most = all;
         best = u;

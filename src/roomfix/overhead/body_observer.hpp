@@ -108,6 +108,9 @@ private:
     void search_everywhere(std::size_t kind);
     bool is_missing(std::size_t kind) const;
     double prior_of(int robot, const Pose2& pose) const;
+    double odds_here(const PoseObservation& expected, const Pose2& pose) const;
+    static bool is_at(const PoseObservation& thing, const Pose2& pose);
+    std::optional<double> prior_of_thing(const Pose2& pose) const;
     int likeliest_of(std::size_t kind, const Pose2& pose) const;
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
@@ -124,7 +127,7 @@ private:
     bool settle_next(bool only_expected, const EdgeJudge& edges);
     std::optional<Choice> choose() const;
     double score_of(const KnownRobot& outline, double trust = 1);
-    double explained_beside(int robot, const Body& shape, const Pose2& pose, double trust);
+    double explained_beside(int robot, std::size_t kind, const Pose2& pose, double trust);
     bool is_robot(BodySighting& sighting, const EdgeJudge& edges);
     std::vector<KnownRobot>::iterator rather_than(const Choice& choice, bool only_expected);
     std::vector<BodyCandidate> rivals_of(const Choice& choice) const;
@@ -154,6 +157,7 @@ private:
     std::vector<KnownRobot> standing_;              // robots that are settled
     std::vector<KnownRobot> strange_;               // where bodies were found that have not the robots' edges
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
+    std::vector<PoseObservation> known_things_;     // where things should be that are no robots
     PlaceMemory memory_;
     std::vector<int> covered_;                            // pixels of the robot that is taken away
     std::vector<std::pair<std::size_t, float>> spared_;   // pixels of other outlines and what of them may be a shadow
