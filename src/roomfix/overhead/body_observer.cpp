@@ -330,11 +330,12 @@ int BodyObserver::likeliest_of(std::size_t kind, const Pose2& pose) const {
 
 void BodyObserver::weigh_by_prior(std::size_t kind) {
     auto& candidates = candidates_[kind];
+    search_.weigh(moment_, bodies_[kind], candidates);
     for (BodyCandidate& candidate : candidates) {
         const int robot = likeliest_of(kind, candidate.pose);
         candidate.prior = robot < 0 ? 0 : prior_of(robot, candidate.pose);
     }
-    std::sort(candidates.begin(), candidates.end(), [](const BodyCandidate& a, const BodyCandidate& b) { return a.total() > b.total(); });
+    std::sort(candidates.begin(), candidates.end(), [](const BodyCandidate& a, const BodyCandidate& b) { return a.odds + a.prior > b.odds + b.prior; });
 }
 
 /// Settles what explains most of what is left, a body or an outline, or leaves it out for good. False: nothing is left to be settled.
@@ -347,9 +348,9 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
         if (only_expected && !expected_[static_cast<std::size_t>(u->robot)]) continue;
-        const double score = score_of(*u);
-        if (score <= most) continue;
-        most = score;
+        const double odds = search_.odds(moment_, body(u->robot), u->pose) + u->edges + prior_of(u->robot, u->pose);
+        if (odds <= most) continue;
+        most = odds;
         outline = u;
     }
     if (best && outline == unsure_.end()) {
@@ -359,7 +360,7 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     if (outline != unsure_.end()) {
         const KnownRobot likeliest = *outline;
         unsure_.erase(outline);
-        const double own = most - prior_of(likeliest.robot, likeliest.pose);
+        const double own = score_of(likeliest) - prior_of(likeliest.robot, likeliest.pose);
         if (const BodyCandidate* thing = thing_instead_of(likeliest.robot, likeliest.pose, own, false)) {
             settle_thing_first(*thing);
             unsure_.push_back(likeliest);
@@ -479,7 +480,7 @@ std::optional<BodyObserver::Choice> BodyObserver::choose() const {
     for (std::size_t r = 0; r < open_.size(); ++r) {
         const auto& candidates = candidates_[kind_of_[r]];
         for (std::size_t c = 0; c < candidates.size() && open_[r]; ++c) {
-            const double total = candidates[c].score + prior_of(static_cast<int>(r), candidates[c].pose);
+            const double total = candidates[c].odds + prior_of(static_cast<int>(r), candidates[c].pose);
             if (total > 0) choices.push_back({static_cast<int>(r), c, total});
         }
     }

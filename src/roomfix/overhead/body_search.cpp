@@ -99,6 +99,40 @@ double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, cons
     return sum_of_scores(cameras, body, pose, settings_, memory_, coarse, nullptr);
 }
 
+double BodySearch::odds(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    if (body.placed_by_look()) return score(cameras, body, pose);
+    const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
+    double sum = 0;
+    for (const SeenBy& camera : cameras) {
+        const double against_nothing = score_place(camera, body, pose, settings_.score, memory_, false, most_samples).log_ratio;
+        if (against_nothing <= 0) {
+            sum += against_nothing;
+            continue;
+        }
+        const double shape = score_shape(camera, body, pose, settings_.score, memory_);
+        const double against_thing = settings_.odds_of_clutter + shape;
+        const double less = std::min(against_nothing, against_thing);
+        const double odds = less - std::log1p(std::exp(less - std::max(against_nothing, against_thing)));
+        // What stands there may as well hide the body.
+        sum += std::log(settings_.score.hidden + (1 - settings_.score.hidden) * std::exp(std::min(odds, 500.0)));
+    }
+    return sum;
+}
+
+void BodySearch::weigh(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates) {
+    for (BodyCandidate& candidate : candidates) candidate.odds = odds(cameras, body, candidate.pose);
+    // Of candidates that are in each other's way the one that explains more of the pictures is the likelier one, whatever lies around it.
+    std::sort(candidates.begin(), candidates.end(), [](const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; });
+    for (std::size_t c = 1; c < candidates.size(); ++c) {
+        for (std::size_t better = 0; better < c; ++better) {
+            const BodyCandidate& a = candidates[better];
+            BodyCandidate& b = candidates[c];
+            if (std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) > 2 * body.inner_radius) continue;
+            b.odds = std::min(b.odds, a.odds - trust_in(a.score) * (a.score - b.score));
+        }
+    }
+}
+
 /// From now on score_near() is fast around this pose.
 void BodySearch::prepare_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
     near_.resize(std::max(near_.size(), cameras.size()));
@@ -159,9 +193,9 @@ std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const
     std::vector<BodyPlace> places;
     if (candidates.empty()) return places;
     const BodyCandidate& first = candidates[0];
-    const double trust = trust_in(first.score);
-    const auto weight_of = [&](const BodyCandidate& c) { return std::exp(trust * (c.score - first.score) + c.prior - first.prior); };
-    double weights = std::exp(trust * (settings_.odds_of_clutter - first.score) - first.prior);  // that it is none of them
+    const double trust = body.placed_by_look() ? trust_in(first.odds) : 1;
+    const auto weight_of = [&](const BodyCandidate& c) { return std::exp(trust * (c.odds - first.odds) + c.prior - first.prior); };
+    double weights = std::exp(trust * (settings_.odds_of_clutter - first.odds) - first.prior);  // that it is none of them
     for (const BodyCandidate& candidate : candidates) weights += weight_of(candidate);
     for (const BodyCandidate& candidate : candidates) {
         const double weight = weight_of(candidate) / weights;
@@ -496,7 +530,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance.row(2) /= wider;
         place.covariance.col(2) /= wider;
     }
-    double odds = place.log_ratio + best.prior - settings_.odds_of_clutter;
+    double odds = this->odds(cameras, body, place.pose) + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + *look : std::min(*look, place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;

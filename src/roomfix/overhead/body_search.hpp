@@ -56,6 +56,7 @@ struct BodyCandidate {
     Pose2 pose;
     double score = 0;
     double prior = 0;  // nats by which such a robot is likelier to stand here than anywhere, from what was seen before
+    double odds = 0;   // nats by which the body stands here, and neither nothing nor a thing of any shape; only where BodySearch::weigh() was asked
 
     double total() const { return score + prior; }
 };
@@ -74,6 +75,9 @@ public:
 
     /// Score of one pose in all cameras together, nats.
     double score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse = false);
+    /// Fills the candidates' odds.
+    void weigh(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates);
+    double odds(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
     /// How well the body's look agrees with what the cameras see at a pose, nats per spot; nothing where it is not known, or hardly in view.
     /// Every `step`-th spot is compared.
     std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step = 1);

@@ -1,6 +1,7 @@
 #include "roomfix/overhead/place_score.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "roomfix/base/beta_distribution.hpp"
@@ -50,6 +51,48 @@ double clutter_around(const Evidence& evidence, const BodyMask& mask, const Evid
     return std::clamp((other + weight * usual) / (other + plain + weight), settings.least_clutter, 0.95);
 }
 
+/// Of the pixels that a body covers: those of its core, and the others.
+struct InsideSamples {
+    SampleCount core, rim;
+};
+
+InsideSamples inside_samples(const Evidence::Sums& core, const Evidence::Sums& all, double pixels_per_sample) {
+    const SampleCount whole = samples_of(all, pixels_per_sample);
+    const SampleCount middle = samples_of(core, pixels_per_sample);
+    const double rim = std::max(whole.n - middle.n, 0.0);
+    return {middle, {rim, std::clamp(whole.k - middle.k, 0.0, rim)}};
+}
+
+constexpr int sectors = 8;
+
+/// Octant of a direction.
+std::size_t sector_of(double x, double y) { return (x < 0 ? 4u : 0u) + (y < 0 ? 2u : 0u) + (std::abs(x) < std::abs(y) ? 1u : 0u); }
+
+/// What lies around a convex outline (px of the small picture), by its direction from the outline's middle.
+std::array<Evidence::Sums, sectors> sums_around(const Evidence& evidence, const std::vector<Eigen::Vector2d>& outline, double reach, std::vector<Span>& rows) {
+    std::array<Evidence::Sums, sectors> sums{};
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& p : outline) middle += p / static_cast<double>(outline.size());
+    rows.clear();
+    for_polygon_rows(outline, evidence.width, evidence.height, 1, [&](int y, int begin, int end) { rows.push_back({y, begin, end}); });
+    std::vector<Eigen::Vector2d> far = outline;
+    for (Eigen::Vector2d& p : far) p = middle + reach * (p - middle);
+    for_polygon_rows(far, evidence.width, evidence.height, 1, [&](int y, int begin, int end) {
+        const int row = rows.empty() ? -1 : y - rows.front().y;
+        const bool crossed = row >= 0 && row < static_cast<int>(rows.size());
+        const Span inside = crossed ? rows[static_cast<std::size_t>(row)] : Span{y, end, end};
+        for (int x = begin; x < end; ++x) {
+            if (x == inside.begin) x = inside.end;
+            if (x >= end) break;
+            const Evidence::Sums& pixel = evidence.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(evidence.width) + static_cast<std::size_t>(x)];
+            Evidence::Sums& sum = sums[sector_of(x - middle.x(), y - middle.y())];
+            sum.other += pixel.other;
+            sum.plain += pixel.plain;
+        }
+    });
+    return sums;
+}
+
 }  // namespace
 
 WallCover hidden_from(const SeenBy& camera, const Body& body, const Eigen::Vector2d& place) {
@@ -89,9 +132,7 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     const Evidence::Sums inside = sum_over(evidence, mask, step);
     const double pixels_per_sample = std::max(settings.pixels_per_sample, mask.whole / most_samples);
     const SampleCount all = samples_of(inside, pixels_per_sample);
-    const SampleCount middle = samples_of(core, pixels_per_sample);
-    const double rim_n = std::max(all.n - middle.n, 0.0);
-    const SampleCount rim{rim_n, std::clamp(all.k - middle.k, 0.0, rim_n)};
+    const auto [middle, rim] = inside_samples(core, inside, pixels_per_sample);
     score.samples = all.n;
     score.filled = all.n > 0 ? all.k / all.n : 0;
     score.around = clutter_around(evidence, mask, inside, settings);
@@ -112,6 +153,32 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     // It may be hidden altogether.
     score.log_ratio = ratio > 20 ? ratio + std::log(1 - settings.hidden) : std::log(settings.hidden + (1 - settings.hidden) * std::exp(ratio));
     return score;
+}
+
+double score_shape(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory) {
+    const Evidence& evidence = *camera.evidence;
+    if (!hidden_from(camera, body, {pose.x, pose.y}).none()) return 0;
+    std::vector<Eigen::Vector2d> outline = outline_of(*camera.view, body, pose);
+    if (outline.size() < 3) return 0;
+    for (Eigen::Vector2d& p : outline) p = (p - Eigen::Vector2d::Constant(0.5 * (evidence.scale - 1))) / evidence.scale;
+    BodyMask& mask = memory.mask;
+    cover(*camera.view, body.core, pose, evidence.width, evidence.height, evidence.scale, 1, mask);
+    if (!mask.valid) return 0;
+    const Evidence::Sums core = sum_over(evidence, mask, 1);
+    cover(*camera.view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, mask);
+    if (!mask.valid || mask.area < settings.least_whole * mask.whole || mask.area < 4) return 0;
+    const InsideSamples inside = inside_samples(core, sum_over(evidence, mask, 1), settings.pixels_per_sample);
+    double nats = log_evidence(inside.core, settings.core_filled, settings.core_open) - log_evidence(inside.core, 1, 1) +
+                  log_evidence(inside.rim, settings.rim_filled, settings.rim_open) - log_evidence(inside.rim, 1, 1);
+    const double clutter = std::clamp(evidence.clutter, settings.least_clutter, settings.most_clutter);
+    for (const Evidence::Sums& sum : sums_around(evidence, outline, settings.ring, memory.rows)) {
+        const SampleCount s = samples_of(sum, settings.pixels_per_sample);
+        const double floor = std::exp(s.k * std::log(clutter) + (s.n - s.k) * std::log(1 - clutter));
+        const double anything = std::exp(log_evidence(s, 1, 1));
+        const auto mixed = [&](double part) { return std::log((1 - part) * floor + part * anything); };
+        nats += mixed(settings.something_beside) - mixed(settings.goes_on);
+    }
+    return nats;
 }
 
 }  // namespace roomfix

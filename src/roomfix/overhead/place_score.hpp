@@ -25,6 +25,11 @@ struct PlaceScoreSettings {
     double surroundings = 0.5;      // of the body's box, to each side: where clutter is counted
     double hidden = 0.1;            // probability that all of the body is hidden from a camera by something unknown
     double least_whole = 0.1;       // part of the body that must lie in the picture: less says nothing
+    // Where it is asked whether a body or a thing of any shape stands at a place: the ring around the body's outline in eight sectors.
+    double ring = 1.35;              // of the outline's size: how far out the ring goes
+    double something_beside = 0.2;   // probability that a sector shows something beside a body ...
+    double goes_on = 0.6;            // ... and that it shows more of a thing that covers the body's pixels
+    double most_clutter = 0.3;       // part of the pixels that differ where nothing is
     LookSettings look;
 };
 
@@ -51,6 +56,7 @@ struct PlaceScore {
 struct PlaceMemory {
     BodyMask mask;
     std::vector<SeenSpot> spots;
+    std::vector<Span> rows;
 };
 
 /// What walls hide of the body says nothing. Where the body's look is known and the evidence has its colours, they decide instead of how much differs.
@@ -58,5 +64,9 @@ struct PlaceMemory {
 /// were prepared.
 PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory, bool coarse = false,
                        double most_samples = 1e9, const NearBody* near = nullptr);
+
+/// Nats by which what one camera sees at a pose has the body's shape, and not just any: a thing of any shape may cover any part of the body's pixels and,
+/// since it does not end where the body would, go on beyond it to any side. 0: the camera says nothing.
+double score_shape(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory);
 
 }  // namespace roomfix
