@@ -248,6 +248,23 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) + others > 0 ? best : nullptr;
 }
 
+/// A thing that was seen before and stands there more surely than `least` nats; null: none.
+const BodyCandidate* BodyObserver::known_thing(double least) {
+    const BodyCandidate* best = nullptr;
+    double most = std::max(least, settings_.search.odds_of_clutter);
+    for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
+        for (const BodyCandidate& thing : candidates_[kind]) {
+            const auto prior = prior_of_thing(thing.pose);
+            if (!prior) continue;
+            const double odds = search_.odds(moment_, bodies_[kind], thing.pose) + *prior;
+            if (odds <= most) continue;
+            most = odds;
+            best = &thing;
+        }
+    }
+    return best;
+}
+
 /// A thing takes its pixels out of what is left, if it is no clutter and stands in no robot. In any case it is no candidate any more.
 bool BodyObserver::settle_thing(const BodyCandidate& thing) {
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
@@ -352,6 +369,10 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
         if (odds <= most) continue;
         most = odds;
         outline = u;
+    }
+    if (const BodyCandidate* thing = known_thing(most)) {
+        settle_thing_first(*thing);
+        return true;
     }
     if (best && outline == unsure_.end()) {
         outline = rather_than(*best, only_expected);

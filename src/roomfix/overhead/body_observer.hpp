@@ -121,6 +121,7 @@ private:
     bool list_pixels(const SeenBy& camera, const Body& shape, const Pose2& pose);
     double covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other);
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score, bool same_pixels);
+    const BodyCandidate* known_thing(double least);
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);
     void settle_things();
