@@ -487,6 +487,29 @@ TEST(Tracker, RobotsOfNearlyOneSizeHaveTheNamesThatCamerasGiveThem) {
     EXPECT_NEAR(tracker.fix(1, from_seconds(3.9))->pose.x, 1, 0.1);
 }
 
+/// One vague sighting beside a robot starts a track without a name, which is nearer to what is seen from then on. But nothing shows both at once.
+TEST(Tracker, AStrangerThatNoFrameShowsBesideARobotDoesNotTakeItsSightings) {
+    Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
+    for (int i = 0; i < 70; ++i) {
+        const double t = 0.1 * i;
+        tracker.observe({from_seconds(t), 0, {0.2 * t, 0, 0}});
+        tracker.observe({from_seconds(t), 1, {0.5 * t, 0, 0}});
+        PoseObservation second = seen(1 + 0.5 * t, 1, 0, 0.01, 2, 1);
+        if (i == 40) {
+            second = place(1 + 0.5 * t, 1.3, 0.25, 1);
+            second.covariance(1, 1) = 0.05 * 0.05;
+        } else if (i > 40) {
+            second = place(1 + 0.5 * t, 1.17, 0.06, 1);
+        }
+        tracker.observe(from_seconds(t), "hall", std::vector<PoseObservation>{seen(1 + 0.2 * t, 4, 0, 0.01, 2, 0), second});
+        if (i < 45) continue;
+        const auto fix = tracker.fix(1, from_seconds(t));
+        ASSERT_TRUE(fix);
+        EXPECT_EQ(fix->status, FixStatus::ok) << "at " << t;
+        EXPECT_NEAR(fix->pose.y, 1.1, 0.12) << "at " << t;
+    }
+}
+
 TEST(Tracker, KeepsTheNamesOfLookAlikesThatNothingTellsApartAndSaysThatTheyAreChance) {
     Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
     double y_of_r1 = -1;

@@ -365,7 +365,7 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     auto outline = unsure_.end();
     for (auto u = unsure_.begin(); u != unsure_.end(); ++u) {
         if (only_expected && !expected_[static_cast<std::size_t>(u->robot)]) continue;
-        const double odds = search_.odds(moment_, body(u->robot), u->pose) + u->edges + prior_of(u->robot, u->pose);
+        const double odds = odds_of(*u);
         if (odds <= most) continue;
         most = odds;
         outline = u;
@@ -431,6 +431,19 @@ bool BodyObserver::is_robot(BodySighting& sighting, const EdgeJudge& edges) {
 
 double BodyObserver::score_of(const KnownRobot& outline, double trust) {
     return trust * search_.score(moment_, body(outline.robot), outline.pose) + outline.edges + prior_of(outline.robot, outline.pose);
+}
+
+/// Nats by which an outline's robot stands there, and neither nothing nor a thing of any shape. A body found in its way that explains more is likelier, and
+/// all of the difference counts: an outline says that the robot is the very solid that is described.
+double BodyObserver::odds_of(const KnownRobot& outline) {
+    const Body& shape = body(outline.robot);
+    const double score = search_.score(moment_, shape, outline.pose);
+    double odds = search_.odds(moment_, shape, outline.pose);
+    for (const BodyCandidate& other : candidates_[kind(outline.robot)]) {
+        const double apart = std::hypot(other.pose.x - outline.pose.x, other.pose.y - outline.pose.y);
+        if (other.score > score && apart < 2 * shape.inner_radius) odds = std::min(odds, other.odds - (other.score - score));
+    }
+    return odds + outline.edges + prior_of(outline.robot, outline.pose);
 }
 
 /// What the other open robots and the things that are known explain together if a body of `kind`, a robot's or a thing's, stands at a pose: the most that

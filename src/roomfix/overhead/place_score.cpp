@@ -68,28 +68,31 @@ constexpr int sectors = 8;
 /// Octant of a direction.
 std::size_t sector_of(double x, double y) { return (x < 0 ? 4u : 0u) + (y < 0 ? 2u : 0u) + (std::abs(x) < std::abs(y) ? 1u : 0u); }
 
-/// What lies around a convex outline (px of the small picture), by its direction from the outline's middle.
-std::array<Evidence::Sums, sectors> sums_around(const Evidence& evidence, const std::vector<Eigen::Vector2d>& outline, double reach, std::vector<Span>& rows) {
+/// What lies in a ring around a convex outline (px of the small picture), but for what walls hide, by its direction from the outline's middle.
+std::array<Evidence::Sums, sectors> sums_around(const Evidence& evidence, const std::vector<Eigen::Vector2d>& outline, double reach, const WallCover& hidden,
+                                                PlaceMemory& memory) {
     std::array<Evidence::Sums, sectors> sums{};
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     for (const Eigen::Vector2d& p : outline) middle += p / static_cast<double>(outline.size());
-    rows.clear();
-    for_polygon_rows(outline, evidence.width, evidence.height, 1, [&](int y, int begin, int end) { rows.push_back({y, begin, end}); });
-    std::vector<Eigen::Vector2d> far = outline;
-    for (Eigen::Vector2d& p : far) p = middle + reach * (p - middle);
-    for_polygon_rows(far, evidence.width, evidence.height, 1, [&](int y, int begin, int end) {
-        const int row = rows.empty() ? -1 : y - rows.front().y;
-        const bool crossed = row >= 0 && row < static_cast<int>(rows.size());
-        const Span inside = crossed ? rows[static_cast<std::size_t>(row)] : Span{y, end, end};
-        for (int x = begin; x < end; ++x) {
-            if (x == inside.begin) x = inside.end;
-            if (x >= end) break;
-            const Evidence::Sums& pixel = evidence.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(evidence.width) + static_cast<std::size_t>(x)];
-            Evidence::Sums& sum = sums[sector_of(x - middle.x(), y - middle.y())];
-            sum.other += pixel.other;
-            sum.plain += pixel.plain;
+    memory.rows.assign(static_cast<std::size_t>(evidence.height), {0, evidence.width, evidence.width});
+    for_polygon_rows(outline, evidence.width, evidence.height, 1,
+                     [&](int y, int begin, int end) { memory.rows[static_cast<std::size_t>(y)] = {y, begin, end}; });
+    memory.outline = outline;
+    for (Eigen::Vector2d& p : memory.outline) p = middle + reach * (p - middle);
+    memory.mask.begin(evidence.width, evidence.height, 1);
+    memory.mask.add(memory.outline);
+    memory.mask.finish();
+    take_away(hidden, memory.mask);
+    for (const Span& span : memory.mask.spans) {
+        const Span& inside = memory.rows[static_cast<std::size_t>(span.y)];
+        for (int x = span.begin; x < span.end; ++x) {
+            if (x >= inside.begin && x < inside.end) continue;
+            const auto at = static_cast<std::size_t>(span.y) * static_cast<std::size_t>(evidence.width) + static_cast<std::size_t>(x);
+            Evidence::Sums& sum = sums[sector_of(x - middle.x(), span.y - middle.y())];
+            sum.other += evidence.pixels[at].other;
+            sum.plain += evidence.pixels[at].plain;
         }
-    });
+    }
     return sums;
 }
 
@@ -157,21 +160,24 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
 
 double score_shape(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory) {
     const Evidence& evidence = *camera.evidence;
-    if (!hidden_from(camera, body, {pose.x, pose.y}).none()) return 0;
+    const WallCover hidden = hidden_from(camera, body, {pose.x, pose.y});
+    if (hidden.whole) return 0;
     std::vector<Eigen::Vector2d> outline = outline_of(*camera.view, body, pose);
     if (outline.size() < 3) return 0;
     for (Eigen::Vector2d& p : outline) p = (p - Eigen::Vector2d::Constant(0.5 * (evidence.scale - 1))) / evidence.scale;
     BodyMask& mask = memory.mask;
     cover(*camera.view, body.core, pose, evidence.width, evidence.height, evidence.scale, 1, mask);
+    take_away(hidden, mask);
     if (!mask.valid) return 0;
     const Evidence::Sums core = sum_over(evidence, mask, 1);
     cover(*camera.view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, mask);
+    take_away(hidden, mask);
     if (!mask.valid || mask.area < settings.least_whole * mask.whole || mask.area < 4) return 0;
     const InsideSamples inside = inside_samples(core, sum_over(evidence, mask, 1), settings.pixels_per_sample);
     double nats = log_evidence(inside.core, settings.core_filled, settings.core_open) - log_evidence(inside.core, 1, 1) +
                   log_evidence(inside.rim, settings.rim_filled, settings.rim_open) - log_evidence(inside.rim, 1, 1);
     const double clutter = std::clamp(evidence.clutter, settings.least_clutter, settings.most_clutter);
-    for (const Evidence::Sums& sum : sums_around(evidence, outline, settings.ring, memory.rows)) {
+    for (const Evidence::Sums& sum : sums_around(evidence, outline, settings.ring, hidden, memory)) {
         const SampleCount s = samples_of(sum, settings.pixels_per_sample);
         const double floor = std::exp(s.k * std::log(clutter) + (s.n - s.k) * std::log(1 - clutter));
         const double anything = std::exp(log_evidence(s, 1, 1));

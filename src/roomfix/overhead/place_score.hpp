@@ -56,7 +56,8 @@ struct PlaceScore {
 struct PlaceMemory {
     BodyMask mask;
     std::vector<SeenSpot> spots;
-    std::vector<Span> rows;
+    std::vector<Span> rows;                // of the picture: what the body's outline covers
+    std::vector<Eigen::Vector2d> outline;  // the ring's outer edge
 };
 
 /// What walls hide of the body says nothing. Where the body's look is known and the evidence has its colours, they decide instead of how much differs.
