@@ -530,7 +530,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance.row(2) /= wider;
         place.covariance.col(2) /= wider;
     }
-    double odds = this->odds(cameras, body, place.pose) + best.prior - settings_.odds_of_clutter;
+    double odds = this->odds(cameras, body, best.pose) + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + *look : std::min(*look, place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;

@@ -75,8 +75,9 @@ std::array<Evidence::Sums, sectors> sums_around(const Evidence& evidence, const 
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     for (const Eigen::Vector2d& p : outline) middle += p / static_cast<double>(outline.size());
     memory.rows.assign(static_cast<std::size_t>(evidence.height), {0, evidence.width, evidence.width});
-    for_polygon_rows(outline, evidence.width, evidence.height, 1,
-                     [&](int y, int begin, int end) { memory.rows[static_cast<std::size_t>(y)] = {y, begin, end}; });
+    for_polygon_rows(outline, evidence.width, evidence.height, 1, [&](int y, int begin, int end) {
+        memory.rows[static_cast<std::size_t>(y)] = {y, begin, end};
+    });
     memory.outline = outline;
     for (Eigen::Vector2d& p : memory.outline) p = middle + reach * (p - middle);
     memory.mask.begin(evidence.width, evidence.height, 1);
@@ -176,12 +177,12 @@ double score_shape(const SeenBy& camera, const Body& body, const Pose2& pose, co
     const InsideSamples inside = inside_samples(core, sum_over(evidence, mask, 1), settings.pixels_per_sample);
     double nats = log_evidence(inside.core, settings.core_filled, settings.core_open) - log_evidence(inside.core, 1, 1) +
                   log_evidence(inside.rim, settings.rim_filled, settings.rim_open) - log_evidence(inside.rim, 1, 1);
-    const double clutter = std::clamp(evidence.clutter, settings.least_clutter, settings.most_clutter);
+    const double differs = std::clamp(evidence.clutter, settings.beside_differs, 0.5);
     for (const Evidence::Sums& sum : sums_around(evidence, outline, settings.ring, hidden, memory)) {
         const SampleCount s = samples_of(sum, settings.pixels_per_sample);
-        const double floor = std::exp(s.k * std::log(clutter) + (s.n - s.k) * std::log(1 - clutter));
-        const double anything = std::exp(log_evidence(s, 1, 1));
-        const auto mixed = [&](double part) { return std::log((1 - part) * floor + part * anything); };
+        const double floor = log_evidence(s, settings.beside_samples * differs, settings.beside_samples * (1 - differs));
+        const double anything = log_evidence(s, 1, 1);
+        const auto mixed = [&](double part) { return log_of_sum(std::log(1 - part) + floor, std::log(part) + anything); };
         nats += mixed(settings.something_beside) - mixed(settings.goes_on);
     }
     return nats;

@@ -26,10 +26,11 @@ struct PlaceScoreSettings {
     double hidden = 0.1;            // probability that all of the body is hidden from a camera by something unknown
     double least_whole = 0.1;       // part of the body that must lie in the picture: less says nothing
     // Where it is asked whether a body or a thing of any shape stands at a place: the ring around the body's outline in eight sectors.
-    double ring = 1.35;              // of the outline's size: how far out the ring goes
-    double something_beside = 0.2;   // probability that a sector shows something beside a body ...
-    double goes_on = 0.6;            // ... and that it shows more of a thing that covers the body's pixels
-    double most_clutter = 0.3;       // part of the pixels that differ where nothing is
+    double ring = 1.35;             // of the outline's size: how far out the ring goes
+    double something_beside = 0.2;  // probability that a sector shows something beside a body ...
+    double goes_on = 0.6;           // ... and that it shows more of a thing that covers the body's pixels
+    double beside_differs = 0.05;   // Beta distribution of the part of a sector's pixels that differ where nothing is: its least mean ...
+    double beside_samples = 10;     // ... and the sum of its two parameters
     LookSettings look;
 };
 
