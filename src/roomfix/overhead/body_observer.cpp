@@ -165,7 +165,10 @@ double BodyObserver::most_of_robot(int robot, double trust, const Body& thing, c
     const auto try_at = [&](const Pose2& pose, double score) {
         if (!stand_in_each_other(body(robot), pose, thing, at_thing)) most = std::max(most, trust * score + prior_of(robot, pose));
     };
-    for (const BodyCandidate& candidate : candidates_[kind(robot)]) try_at(candidate.pose, search_.score(moment_, body(robot), candidate.pose));
+    for (const BodyCandidate& candidate : candidates_[kind(robot)]) {
+        if (likeliest_of(kind(robot), candidate.pose) != robot) continue;  // that is where a robot of its look stands
+        try_at(candidate.pose, search_.score(moment_, body(robot), candidate.pose));
+    }
     if (const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)]) {
         const BodyCandidate near = search_.near(moment_, body(robot), expected->pose, expected->covariance);
         try_at(near.pose, near.score);
@@ -507,6 +510,18 @@ std::vector<KnownRobot>::iterator BodyObserver::rather_than(const Choice& choice
     return best;
 }
 
+/// A candidate's odds where robots of other kinds may stand in its way: the one that explains more of the pictures is the likelier one.
+double BodyObserver::odds_among_kinds(std::size_t kind, const BodyCandidate& candidate) const {
+    double odds = candidate.odds;
+    for (std::size_t other = 0; other < kinds(); ++other) {
+        for (const BodyCandidate& c : candidates_[other]) {
+            if (other == kind || c.score <= candidate.score || !stand_in_each_other(bodies_[kind], candidate.pose, bodies_[other], c.pose)) continue;
+            odds = std::min(odds, c.odds - search_.trust_in(c.score) * (c.score - candidate.score));
+        }
+    }
+    return odds;
+}
+
 /// All open robots at once, each at another place, so that they explain most together; of these the robot that explains most by itself. One after
 /// the other, a robot would take the place of another of nearly its size.
 std::optional<BodyObserver::Choice> BodyObserver::choose() const {
@@ -514,7 +529,7 @@ std::optional<BodyObserver::Choice> BodyObserver::choose() const {
     for (std::size_t r = 0; r < open_.size(); ++r) {
         const auto& candidates = candidates_[kind_of_[r]];
         for (std::size_t c = 0; c < candidates.size() && open_[r]; ++c) {
-            const double total = candidates[c].odds + prior_of(static_cast<int>(r), candidates[c].pose);
+            const double total = odds_among_kinds(kind_of_[r], candidates[c]) + prior_of(static_cast<int>(r), candidates[c].pose);
             if (total > 0) choices.push_back({static_cast<int>(r), c, total});
         }
     }

@@ -129,6 +129,7 @@ private:
     std::optional<Choice> choose() const;
     double score_of(const KnownRobot& outline, double trust = 1);
     double odds_of(const KnownRobot& outline);
+    double odds_among_kinds(std::size_t kind, const BodyCandidate& candidate) const;
     double explained_beside(int robot, std::size_t kind, const Pose2& pose, double trust);
     bool is_robot(BodySighting& sighting, const EdgeJudge& edges);
     std::vector<KnownRobot>::iterator rather_than(const Choice& choice, bool only_expected);
