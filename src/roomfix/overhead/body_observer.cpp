@@ -565,14 +565,18 @@ std::vector<BodyCandidate> BodyObserver::rivals_of(const Choice& choice) const {
     const BodyCandidate& own = candidates[choice.candidate];
     long others = -1;
     for (std::size_t r = 0; r < open_.size(); ++r) others += open_[r] && kind_of_[r] == kind(choice.robot);
-    std::vector<BodyCandidate> rivals = {own};
-    rivals[0].prior = prior_of(choice.robot, own.pose);
+    std::vector<BodyCandidate> rivals;
+    const auto add = [&](const BodyCandidate& candidate) {
+        rivals.push_back(candidate);
+        rivals.back().prior = prior_of(choice.robot, candidate.pose);
+        rivals.back().odds = odds_among_kinds(kind(choice.robot), candidate);
+    };
+    add(own);
     for (std::size_t c = 0; c < candidates.size(); ++c) {
         if (c == choice.candidate) continue;
         const double apart = std::hypot(candidates[c].pose.x - own.pose.x, candidates[c].pose.y - own.pose.y);
         if (apart > 2 * body(choice.robot).inner_radius && others-- > 0) continue;
-        rivals.push_back(candidates[c]);
-        rivals.back().prior = prior_of(choice.robot, candidates[c].pose);
+        add(candidates[c]);
     }
     return rivals;
 }
