@@ -235,7 +235,6 @@ TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
     EXPECT_TRUE(observer.find(seen, {1}).empty());
     BodyObserverSettings settings;
     settings.same_pixels = 2;  // nobody asks
-    settings.search.score.goes_on = settings.search.score.something_beside;
     EXPECT_FALSE(BodyObserver({robot}, settings).find(seen, {1}).empty());
 }
 

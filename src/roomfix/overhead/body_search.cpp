@@ -99,8 +99,11 @@ double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, cons
     return sum_of_scores(cameras, body, pose, settings_, memory_, coarse, nullptr);
 }
 
+/// Along the ray of one camera alone a body has nearly one shape: there its score tells where it stands. So does a look.
+static bool weighs_shape(std::span<const SeenBy> cameras, const Body& body) { return cameras.size() > 1 && !body.placed_by_look(); }
+
 double BodySearch::odds(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
-    if (body.placed_by_look()) return score(cameras, body, pose);
+    if (!weighs_shape(cameras, body)) return score(cameras, body, pose);
     const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
     double sum = 0;
     for (const SeenBy& camera : cameras) {
@@ -193,7 +196,7 @@ std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const
     std::vector<BodyPlace> places;
     if (candidates.empty()) return places;
     const BodyCandidate& first = candidates[0];
-    const double trust = body.placed_by_look() ? trust_in(first.odds) : 1;
+    const double trust = weighs_shape(cameras, body) ? 1 : trust_in(first.odds);
     const auto weight_of = [&](const BodyCandidate& c) { return std::exp(trust * (c.odds - first.odds) + c.prior - first.prior); };
     double weights = std::exp(trust * (settings_.odds_of_clutter - first.odds) - first.prior);  // that it is none of them
     for (const BodyCandidate& candidate : candidates) weights += weight_of(candidate);
