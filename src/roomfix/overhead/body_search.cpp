@@ -123,7 +123,9 @@ double BodySearch::odds(std::span<const SeenBy> cameras, const Body& body, const
 }
 
 void BodySearch::weigh(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates) {
-    for (BodyCandidate& candidate : candidates) candidate.odds = odds(cameras, body, candidate.pose);
+    const bool by_shape = weighs_shape(cameras, body);
+    for (BodyCandidate& candidate : candidates) candidate.odds = by_shape ? odds(cameras, body, candidate.pose) : candidate.score;
+    if (!by_shape) return;
     // Of candidates that are in each other's way the one that explains more of the pictures is the likelier one, whatever lies around it.
     std::sort(candidates.begin(), candidates.end(), [](const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; });
     for (std::size_t c = 1; c < candidates.size(); ++c) {
