@@ -59,6 +59,7 @@ std::string fix_line(const Fix& fix) {
     line += ", \"sources\": [";
     for (std::size_t i = 0; i < fix.sources.size(); ++i) line += (i ? ", " : "") + quoted(fix.sources[i]);
     line += "]";
+    if (fix.existence < 0.9995) line += ", \"existence\": " + number_text(std::round(fix.existence * 1e3) / 1e3);
     if (fix.identity < 0.9995) line += ", \"identity\": " + number_text(std::round(fix.identity * 1e3) / 1e3);
     if (fix.latency) line += ", \"latency\": " + rounded(*fix.latency);
     if (const auto& parts = fix.latency_parts) {

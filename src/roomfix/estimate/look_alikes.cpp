@@ -42,15 +42,16 @@ double vagueness(const Track& track, const PoseObservation& observation) {
 }
 
 constexpr double kind_sightings = 5;  // so many sightings tell what kind of robot it is as well as any number of them
-constexpr double part_of_kind = 0.2;  // of what cameras make of it: rough bodies are explained better by wrong kinds, too
-constexpr double most_of_kind = 3;    // nats that one look tells of it: what a description leaves out is the same in the next one
+constexpr double lead_by_chance = 4;  // nats by which a wrong kind may well explain a rough body better than its own kind does
+constexpr double most_of_kind = 3;    // nats that looks tell of it: what a description leaves out is the same in all of them
 
-/// Nats by which a sighting is of a kind of robot, beside the group's kind that explains it best; nothing where nobody compared them.
+/// Nats by which a sighting is of a kind of robot, beside the group's kind that explains it best; nothing where nobody compared them. Half of the leads below
+/// lead_by_chance are of a wrong kind, far larger ones hardly any.
 std::optional<double> of_kind(const PoseObservation& observation, std::size_t kind, const Group& group) {
     if (kind >= observation.kinds.size()) return std::nullopt;
     double most = observation.kinds[kind];
     for (const std::size_t other : group.kinds) most = std::max(most, other < observation.kinds.size() ? observation.kinds[other] : most);
-    return std::max(part_of_kind * (observation.kinds[kind] - most), -most_of_kind);
+    return -std::min(std::pow((most - observation.kinds[kind]) / lead_by_chance, 2), most_of_kind);
 }
 
 /// Twice the nats against a sighting of one kind being a robot of another.
@@ -169,13 +170,28 @@ void propose_name(Track& track, int robot, const TrackingModels& models) {
     track.names.push_back(std::move(name));
 }
 
-/// Takes a sighting of a track without a name as one of each robot that it may be. `plain`: its log evidence without a name.
-void weigh_names(Track& track, const PoseObservation& seen, const Event& event, double plain, const Group& group, const TrackingModels& models) {
+/// Log evidence of a sighting without its direction for a track without a name, which does not take it.
+double evidence_of_place(Track& track, PoseObservation seen, const Event& event, const Group& group, const TrackingModels& models) {
+    std::vector<PossibleName> names = std::move(track.names);
+    Track copy = track;
+    track.names = std::move(names);
+    seen.yaw_known = false;
+    return take_pose(copy, seen, event.source, models, group.many);
+}
+
+/// Takes a sighting of a track without a name as one of each robot that it may be. `plain`: its log evidence without a name, and that of its place alone: the
+/// direction of one kind of body, seen in another one, turns with that one and tells nothing of its name.
+struct PlainEvidence {
+    double pose = 0, place = 0;
+};
+void weigh_names(Track& track, const PoseObservation& seen, const Event& event, const PlainEvidence& plain, const Group& group, const TrackingModels& models) {
     if (track.names.empty()) return;
     std::vector<double> before = {0}, after = {0};  // first that it is none of them
     for (PossibleName& name : track.names) {
+        const PoseObservation as = seen_as(name.track.robot, seen, group);
         before.push_back(name.evidence);
-        after.push_back(name.evidence + take_as(name.track, name.track.robot, seen, event, group, models) - plain);
+        after.push_back(name.evidence + take_pose(name.track, as, event.source, models, group.many) -
+                        (as.yaw_known == seen.yaw_known ? plain.pose : plain.place));
     }
     track.conviction.temper(before, after, event.time, models.settings.conviction);
     for (std::size_t n = 0; n < track.names.size(); ++n) track.names[n].evidence = after[n + 1] - after[0];
@@ -213,8 +229,10 @@ double take_assigned(Association& association, const std::vector<int>& column_of
         used[static_cast<std::size_t>(column_of[t])] = 1;
         if (!track.named) track.beside |= shown;
         const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
-        const double plain = take_as(track, track.named ? track.robot : seen.robot, seen, event, group, models);
-        evidence += plain;
+        PlainEvidence plain;
+        if (!track.names.empty() && seen.yaw_known) plain.place = evidence_of_place(track, seen, event, group, models);
+        plain.pose = take_as(track, track.named ? track.robot : seen.robot, seen, event, group, models);
+        evidence += plain.pose;
         weigh_names(track, seen, event, plain, group, models);
         if (!group.many) evidence += note_kind(track, seen, group);
     }

@@ -44,6 +44,7 @@ struct Fix {
     std::string reason;  // for status none, in plain words
     std::vector<PoseHypothesis> hypotheses;
     std::vector<InnovationSquare> nis;                 // of the observations of that very time
+    double existence = 1;                              // probability that a robot stands there, and neither nothing nor another thing
     double identity = 1;                               // probability that it is this robot and not one that looks the same
     std::optional<double> latency;                     // s of the clock, from the frame's time until the fix was given
     std::optional<LatencyParts> latency_parts;         // that make it up, where a frame was looked at

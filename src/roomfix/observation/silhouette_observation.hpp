@@ -37,6 +37,7 @@ struct SilhouetteObservation {
     double edges = 0;                        // nats by which the edges found along an outline speak for it, against those that lie anywhere by chance
     double exact = 0;                        // nats by which the picture shows the very solid, and not a robot that is only about so large
     FixedList<double, most_kinds> kinds;     // nats by which a robot of each kind (kinds_of()) explains it beside one of its own kind; empty: nobody looked
+    double existence = 1;                    // probability that a robot stands there, and neither nothing nor another thing
     bool doubtful = false;                   // an outline that the body's whole area does not plainly confirm
     FixedList<Eigen::Vector2f, 64> outline;  // px, closed polygon, for drawing
 };

@@ -178,6 +178,16 @@ void BodyMask::finish() {
     valid = true;
 }
 
+double common_area(const BodyMask& a, const BodyMask& b) {
+    double area = 0;
+    for (auto s = a.spans.begin(), t = b.spans.begin(); s != a.spans.end() && t != b.spans.end();) {
+        if (s->y == t->y) area += std::max(std::min(s->end, t->end) - std::max(s->begin, t->begin), 0);
+        const bool first_ends = s->y != t->y ? s->y < t->y : s->end < t->end;
+        ++(first_ends ? s : t);
+    }
+    return area;
+}
+
 void cover(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask) {
     mask.begin(width, height, row_step);
     const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();

@@ -73,6 +73,9 @@ struct BodyMask {
     std::vector<int> order, hull;
 };
 
+/// px that two masks of one picture, both of every row, have in common.
+double common_area(const BodyMask& a, const BodyMask& b);
+
 /// Covers the pixels of a picture that is `scale` times smaller than the camera's, `width` x `height` px. Only every `row_step`-th row is
 /// filled, and counts as often.
 void cover(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int width, int height, int scale, int row_step, BodyMask& mask);

@@ -159,23 +159,6 @@ double BodyObserver::most_of_things(int robot, const Pose2& pose) {
     return most;
 }
 
-/// The most that a robot explains of what a thing at a pose leaves, and how likely it is to stand there.
-double BodyObserver::most_of_robot(int robot, double trust, const Body& thing, const Pose2& at_thing) {
-    double most = 0;
-    const auto try_at = [&](const Pose2& pose, double score) {
-        if (!stand_in_each_other(body(robot), pose, thing, at_thing)) most = std::max(most, trust * score + prior_of(robot, pose));
-    };
-    for (const BodyCandidate& candidate : candidates_[kind(robot)]) {
-        if (likeliest_of(kind(robot), candidate.pose) != robot) continue;  // that is where a robot of its look stands
-        try_at(candidate.pose, search_.score(moment_, body(robot), candidate.pose));
-    }
-    if (const PoseObservation* expected = expected_[static_cast<std::size_t>(robot)]) {
-        const BodyCandidate near = search_.near(moment_, body(robot), expected->pose, expected->covariance);
-        try_at(near.pose, near.score);
-    }
-    return most;
-}
-
 /// Volume of an upright cylinder about as wide as a body.
 static double volume(double radius, double height) { return std::numbers::pi * radius * radius * height; }
 
@@ -199,21 +182,6 @@ bool BodyObserver::list_pixels(const SeenBy& camera, const Body& shape, const Po
     return true;
 }
 
-/// Part of a body's pixels in all cameras that another one would cover, too.
-double BodyObserver::covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other) {
-    double common = 0, all = 0;
-    for (const SeenBy& camera : moment_) {
-        if (!list_pixels(camera, shape, pose)) continue;
-        const Evidence& evidence = *camera.evidence;
-        std::sort(covered_.begin(), covered_.end());
-        all += static_cast<double>(covered_.size());
-        cover(*camera.view, other.parts, at_other, evidence.width, evidence.height, evidence.scale, 1, memory_.mask);
-        if (!memory_.mask.valid) continue;
-        for_each_pixel(memory_.mask, evidence.width, [&](int pixel) { common += std::binary_search(covered_.begin(), covered_.end(), pixel); });
-    }
-    return all > 0 ? common / all : 0;
-}
-
 /// The thing that explains better than a robot at this pose what both would explain, each with the best that the other kind makes of what it leaves;
 /// null: the robot does. All samples share the errors of the descriptions, so that only a part of the scores counts.
 /// `same_pixels`: things that stand elsewhere on the floor but cover much of the robot's pixels are asked, too: a person's head has its place on the floor
@@ -226,7 +194,7 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
             if (best && thing.score <= best->score) continue;
             const double apart = std::hypot(thing.pose.x - pose.x, thing.pose.y - pose.y);
             const bool near = apart <= body(robot).radius + bodies_[kind].radius;
-            if (!near && !(same_pixels && covered_part(body(robot), pose, bodies_[kind], thing.pose) >= settings_.same_pixels)) continue;
+            if (!near && !(same_pixels && covered_part(moment_, body(robot), pose, bodies_[kind], thing.pose, memory_) >= settings_.same_pixels)) continue;
             best = &thing;
             best_kind = kind;
         }
@@ -235,12 +203,11 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     const double trust = search_.trust_in(best->score);
     const double prior = std::max(prior_of(robot, pose), 0.0);
     const double colours = std::max(search_.odds_of_look(moment_, body(robot), pose).value_or(0), 0.0);
-    const double lead = trust * (best->score - score) + prior_of_thing(best->pose).value_or(0) - odds_against_thing(robot, best_kind) - prior - colours;
+    // Where a robot is missing, what was seen there before may have been the robot.
+    const double before = is_missing_robot(robot) ? 0 : prior_of_thing(best->pose).value_or(0);
+    const double lead = trust * (best->score - score) + before - odds_against_thing(robot, best_kind) - prior - colours;
     const double clutter = settings_.search.odds_of_clutter;
     if (lead + std::max(trust * score + prior - clutter, 0.0) <= 0) return nullptr;  // not even if the robot stands elsewhere
-    take_away(best->pose, bodies_[best_kind], &on_trial_);
-    const double robot_behind = most_of_robot(robot, trust, bodies_[best_kind], best->pose) - clutter;
-    put_back();
     take_away(pose, body(robot), &on_trial_);
     // Who is known by colours is hardly taken for a thing's part: then a thing beside the robot is as likely as one in its place.
     const double rarity = body(robot).has_look() ? odds_against_thing(robot, best_kind) : settings_.rarity_of_things;
@@ -248,17 +215,32 @@ const BodyCandidate* BodyObserver::thing_instead_of(int robot, const Pose2& pose
     put_back();
     // One thing may cover what several robots show.
     const double others = explained_beside(robot, best_kind, best->pose, trust) - explained_beside(robot, this->kind(robot), pose, trust);
-    return lead + std::max(robot_behind, 0.0) - std::max(thing_behind, 0.0) + others > 0 ? best : nullptr;
+    return lead - std::max(thing_behind, 0.0) + others > 0 ? best : nullptr;
 }
 
-/// A thing that was seen before and stands there more surely than `least` nats; null: none.
+/// Is it open, and expected nowhere?
+bool BodyObserver::is_missing_robot(int robot) const { return open_[static_cast<std::size_t>(robot)] && !expected_[static_cast<std::size_t>(robot)]; }
+
+/// May a robot that is missing stand where a thing seems to?
+bool BodyObserver::may_be_missing_robot(const Body& thing, const Pose2& pose) const {
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (!is_missing_robot(static_cast<int>(r))) continue;
+        const auto& candidates = candidates_[kind_of_[r]];
+        const bool in_its_way = std::any_of(candidates.begin(), candidates.end(),
+                                            [&](const BodyCandidate& c) { return stand_in_each_other(bodies_[kind_of_[r]], c.pose, thing, pose); });
+        if (in_its_way) return true;
+    }
+    return false;
+}
+
+/// A thing that was seen before, is no robot that is missing and stands there more surely than `least` nats; null: none.
 const BodyCandidate* BodyObserver::known_thing(double least) {
     const BodyCandidate* best = nullptr;
     double most = std::max(least, settings_.search.odds_of_clutter);
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
         for (const BodyCandidate& thing : candidates_[kind]) {
             const auto prior = prior_of_thing(thing.pose);
-            if (!prior) continue;
+            if (!prior || may_be_missing_robot(bodies_[kind], thing.pose)) continue;
             const double odds = search_.odds(moment_, bodies_[kind], thing.pose) + *prior;
             if (odds <= most) continue;
             most = odds;
@@ -449,30 +431,41 @@ double BodyObserver::odds_of(const KnownRobot& outline) {
     return odds + outline.edges + prior_of(outline.robot, outline.pose);
 }
 
-/// What the other open robots and the things that are known explain together if a body of `kind`, a robot's or a thing's, stands at a pose: the most that
-/// each of them makes of what that leaves. One that is expected and has nothing left to stand on is a surprise.
+/// What the open robots and the things that are known explain together of what a body of `kind` at a pose leaves, each robot at a place of its own. The body
+/// is that of `robot`, or a thing's: then the robot stands elsewhere, too. One that is expected and has nothing left to stand on is a surprise.
 double BodyObserver::explained_beside(int robot, std::size_t kind, const Pose2& pose, double trust) {
     constexpr std::size_t most_candidates = 6;  // of a kind
     const Body& shape = bodies_[kind];
+    const bool is_thing = kind >= kinds();
+    const double clutter = settings_.search.odds_of_clutter;
     take_away(pose, shape, &on_trial_);
     double all = 0;
+    std::vector<Choice> choices;
     for (std::size_t r = 0; r < open_.size(); ++r) {
         const int other = static_cast<int>(r);
-        if (!open_[r] || other == robot) continue;
-        const auto fits = [&](const Pose2& there) { return !stand_in_each_other(shape, pose, body(other), there); };
-        double most = expected_[r] ? std::log(settings_.surprise) : 0;
+        if (!open_[r] || (other == robot && !is_thing)) continue;
+        const double nowhere = expected_[r] ? std::log(settings_.surprise) : 0;
+        all += nowhere;
+        const auto add = [&](const Pose2& there, double nats) {
+            if (nats - clutter > nowhere && !stand_in_each_other(shape, pose, body(other), there))
+                choices.push_back({other, 0, there, nats - clutter - nowhere});
+        };
         for (const KnownRobot& outline : unsure_) {
-            if (outline.robot == other && fits(outline.pose)) most = std::max(most, score_of(outline, trust));
+            if (outline.robot == other) add(outline.pose, score_of(outline, trust));
         }
         const auto& candidates = candidates_[kind_of_[r]];
         for (std::size_t c = 0; c < std::min(candidates.size(), most_candidates); ++c) {
             const Pose2& there = candidates[c].pose;
-            if (fits(there)) most = std::max(most, trust * search_.score(moment_, body(other), there) + prior_of(other, there));
+            add(there, trust * search_.score(moment_, body(other), there) + prior_of(other, there));
         }
-        all += most;
+        if (other == robot && expected_[r]) {
+            const BodyCandidate near = search_.near(moment_, body(other), expected_[r]->pose, expected_[r]->covariance);
+            add(near.pose, trust * near.score + prior_of(other, near.pose));
+        }
     }
+    for (const Choice& choice : likeliest_together(std::move(choices))) all += choice.total;
     for (const PoseObservation& thing : known_things_) {
-        if (kind >= kinds() && is_at(thing, pose)) continue;  // it is this one
+        if (is_at(thing, pose) && (is_thing || is_missing_robot(robot))) continue;  // it is this one
         double most = std::log(settings_.surprise);
         for (std::size_t other = kinds(); other < bodies_.size(); ++other) {
             for (const BodyCandidate& candidate : candidates_[other]) {
@@ -510,40 +503,35 @@ std::vector<KnownRobot>::iterator BodyObserver::rather_than(const Choice& choice
     return best;
 }
 
-/// A candidate's odds where robots of other kinds may stand in its way: the one that explains more of the pictures is the likelier one.
+/// Nats by which one of two candidates of different kinds that stand in each other's way is the likelier one. How much of the pictures they explain favours a
+/// small body inside of a large one that has gaps, their shapes one of nearly the same outline that is half empty: the mean of both errs least.
+double BodyObserver::likelier_by(const BodyCandidate& a, const BodyCandidate& b) const {
+    return 0.5 * (a.odds - b.odds + search_.trust_in(std::max(a.score, b.score)) * (a.score - b.score));
+}
+
+/// A candidate's odds where robots of other kinds may stand in its way.
 double BodyObserver::odds_among_kinds(std::size_t kind, const BodyCandidate& candidate) const {
     double odds = candidate.odds;
     for (std::size_t other = 0; other < kinds(); ++other) {
         for (const BodyCandidate& c : candidates_[other]) {
-            if (other == kind || c.score <= candidate.score || !stand_in_each_other(bodies_[kind], candidate.pose, bodies_[other], c.pose)) continue;
-            odds = std::min(odds, c.odds - search_.trust_in(c.score) * (c.score - candidate.score));
+            if (other == kind || !stand_in_each_other(bodies_[kind], candidate.pose, bodies_[other], c.pose)) continue;
+            if (const double behind = likelier_by(c, candidate); behind > 0) odds = std::min(odds, c.odds - behind);
         }
     }
     return odds;
 }
 
-/// All open robots at once, each at another place, so that they explain most together; of these the robot that explains most by itself. One after
-/// the other, a robot would take the place of another of nearly its size.
-std::optional<BodyObserver::Choice> BodyObserver::choose() const {
-    std::vector<Choice> choices;  // of every open robot at every candidate of its kind
-    for (std::size_t r = 0; r < open_.size(); ++r) {
-        const auto& candidates = candidates_[kind_of_[r]];
-        for (std::size_t c = 0; c < candidates.size() && open_[r]; ++c) {
-            const double total = odds_among_kinds(kind_of_[r], candidates[c]) + prior_of(static_cast<int>(r), candidates[c].pose);
-            if (total > 0) choices.push_back({static_cast<int>(r), c, total});
-        }
-    }
-    if (choices.empty()) return std::nullopt;
+/// Of robots that may stand at places those that together have the highest total, each at a place of its own.
+std::vector<BodyObserver::Choice> BodyObserver::likeliest_together(std::vector<Choice> choices) const {
+    if (choices.empty()) return choices;
     std::stable_sort(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) { return a.total > b.total; });
-    const auto pose_of = [&](const Choice& c) -> const Pose2& { return candidates_[kind(c.robot)][c.candidate].pose; };
     std::vector<std::size_t> places;    // choices that are the best of their places
     std::vector<PossiblePair> pairs;    // of robots and places
     std::vector<std::size_t> of_pairs;  // the choice of each
     const double alone = choices[0].total;
     for (std::size_t i = 0; i < choices.size(); ++i) {
-        const Pose2& pose = pose_of(choices[i]);
         const auto same = std::find_if(places.begin(), places.end(), [&](std::size_t p) {
-            return stand_in_each_other(body(choices[i].robot), pose, body(choices[p].robot), pose_of(choices[p]));
+            return stand_in_each_other(body(choices[i].robot), choices[i].pose, body(choices[p].robot), choices[p].pose);
         });
         const int column = static_cast<int>(same - places.begin());
         if (same == places.end()) places.push_back(i);
@@ -552,11 +540,27 @@ std::optional<BodyObserver::Choice> BodyObserver::choose() const {
         of_pairs.push_back(i);
     }
     const std::vector<int> column_of = assign(static_cast<int>(open_.size()), static_cast<int>(places.size()), pairs, alone);
-    for (std::size_t k = 0, best = choices.size(); k <= pairs.size(); ++k) {
-        if (k == pairs.size()) return best < choices.size() ? std::optional(choices[best]) : std::nullopt;
-        if (column_of[static_cast<std::size_t>(pairs[k].row)] == pairs[k].column) best = std::min(best, of_pairs[k]);
+    std::vector<Choice> likeliest;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        if (column_of[static_cast<std::size_t>(pairs[k].row)] == pairs[k].column) likeliest.push_back(choices[of_pairs[k]]);
     }
-    return std::nullopt;
+    return likeliest;
+}
+
+/// All open robots at once, so that they explain most together; of these the robot that explains most by itself. One after the other, a robot would take the
+/// place of another of nearly its size.
+std::optional<BodyObserver::Choice> BodyObserver::choose() const {
+    std::vector<Choice> choices;  // of every open robot at every candidate of its kind
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        const auto& candidates = candidates_[kind_of_[r]];
+        for (std::size_t c = 0; c < candidates.size() && open_[r]; ++c) {
+            const double total = odds_among_kinds(kind_of_[r], candidates[c]) + prior_of(static_cast<int>(r), candidates[c].pose);
+            if (total > 0) choices.push_back({static_cast<int>(r), c, candidates[c].pose, total});
+        }
+    }
+    const std::vector<Choice> likeliest = likeliest_together(std::move(choices));
+    if (likeliest.empty()) return std::nullopt;
+    return *std::max_element(likeliest.begin(), likeliest.end(), [](const Choice& a, const Choice& b) { return a.total < b.total; });
 }
 
 /// A robot's candidate with those that may be the same robot: the next best places elsewhere are those of its look-alikes.
@@ -581,15 +585,22 @@ std::vector<BodyCandidate> BodyObserver::rivals_of(const Choice& choice) const {
     return rivals;
 }
 
-/// How well robots of the other kinds explain what stands at a place where one of `own` kind was found.
+/// How well robots of each kind explain what stands at a place where one of `own` kind was found.
 FixedList<double, most_kinds> BodyObserver::compare_kinds(std::size_t own, const BodyPlace& place) {
     constexpr double nearby = 0.1;  // m
-    const double trust = search_.trust_in(place.log_ratio);
+    const auto odds_of = [&](std::size_t kind, BodyCandidate candidate) {
+        candidate.odds = search_.odds_of_shape(moment_, bodies_[kind], candidate.pose);
+        return candidate;
+    };
+    const BodyCandidate found = odds_of(own, {place.pose, place.log_ratio});
     FixedList<double, most_kinds> nats;
     for (std::size_t kind = 0; kind < std::min(kinds(), most_kinds); ++kind) {
-        const double score =
-            kind == own ? place.log_ratio : search_.near(moment_, bodies_[kind], place.pose, nearby * nearby * Eigen::Matrix3d::Identity()).score;
-        nats.push_back(trust * (score - place.log_ratio));
+        if (kind == own) {
+            nats.push_back(0);
+            continue;
+        }
+        const BodyCandidate other = search_.near(moment_, bodies_[kind], place.pose, nearby * nearby * Eigen::Matrix3d::Identity());
+        nats.push_back(likelier_by(odds_of(kind, other), found));
     }
     return nats;
 }

@@ -99,6 +99,7 @@ private:
     struct Choice {
         int robot = 0;
         std::size_t candidate = 0;
+        Pose2 pose;
         double total = 0;  // nats
     };
     /// Bodies of robots; those of things come behind them.
@@ -116,19 +117,21 @@ private:
     bool is_open(std::size_t kind) const;
     void look_for_things(const Expectation& expected);
     double most_of_things(int robot, const Pose2& pose);
-    double most_of_robot(int robot, double trust, const Body& thing, const Pose2& at_thing);
+    bool is_missing_robot(int robot) const;
+    bool may_be_missing_robot(const Body& thing, const Pose2& pose) const;
     double odds_against_thing(int robot, std::size_t thing) const;
     bool list_pixels(const SeenBy& camera, const Body& shape, const Pose2& pose);
-    double covered_part(const Body& shape, const Pose2& pose, const Body& other, const Pose2& at_other);
     const BodyCandidate* thing_instead_of(int robot, const Pose2& pose, double score, bool same_pixels);
     const BodyCandidate* known_thing(double least);
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);
     void settle_things();
     bool settle_next(bool only_expected, const EdgeJudge& edges);
+    std::vector<Choice> likeliest_together(std::vector<Choice> choices) const;
     std::optional<Choice> choose() const;
     double score_of(const KnownRobot& outline, double trust = 1);
     double odds_of(const KnownRobot& outline);
+    double likelier_by(const BodyCandidate& a, const BodyCandidate& b) const;
     double odds_among_kinds(std::size_t kind, const BodyCandidate& candidate) const;
     double explained_beside(int robot, std::size_t kind, const Pose2& pose, double trust);
     bool is_robot(BodySighting& sighting, const EdgeJudge& edges);

@@ -100,10 +100,13 @@ double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, cons
 }
 
 /// Along the ray of one camera alone a body has nearly one shape: there its score tells where it stands. So does a look.
-static bool weighs_shape(std::span<const SeenBy> cameras, const Body& body) { return cameras.size() > 1 && !body.placed_by_look(); }
+static bool placed_by_shape(std::span<const SeenBy> cameras, const Body& body) { return cameras.size() > 1 && !body.placed_by_look(); }
 
 double BodySearch::odds(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
-    if (!weighs_shape(cameras, body)) return score(cameras, body, pose);
+    return placed_by_shape(cameras, body) ? odds_of_shape(cameras, body, pose) : score(cameras, body, pose);
+}
+
+double BodySearch::odds_of_shape(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
     const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
     double sum = 0;
     for (const SeenBy& camera : cameras) {
@@ -123,8 +126,8 @@ double BodySearch::odds(std::span<const SeenBy> cameras, const Body& body, const
 }
 
 void BodySearch::weigh(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates) {
-    const bool by_shape = weighs_shape(cameras, body);
-    for (BodyCandidate& candidate : candidates) candidate.odds = by_shape ? odds(cameras, body, candidate.pose) : candidate.score;
+    const bool by_shape = placed_by_shape(cameras, body);
+    for (BodyCandidate& candidate : candidates) candidate.odds = by_shape ? odds_of_shape(cameras, body, candidate.pose) : candidate.score;
     if (!by_shape) return;
     // Of candidates that are in each other's way the one that explains more of the pictures is the likelier one, whatever lies around it.
     std::sort(candidates.begin(), candidates.end(), [](const BodyCandidate& a, const BodyCandidate& b) { return a.score > b.score; });
@@ -198,7 +201,7 @@ std::vector<BodyPlace> BodySearch::places(std::span<const SeenBy> cameras, const
     std::vector<BodyPlace> places;
     if (candidates.empty()) return places;
     const BodyCandidate& first = candidates[0];
-    const double trust = weighs_shape(cameras, body) ? 1 : trust_in(first.odds);
+    const double trust = placed_by_shape(cameras, body) ? 1 : trust_in(first.odds);
     const auto weight_of = [&](const BodyCandidate& c) { return std::exp(trust * (c.odds - first.odds) + c.prior - first.prior); };
     double weights = std::exp(trust * (settings_.odds_of_clutter - first.odds) - first.prior);  // that it is none of them
     for (const BodyCandidate& candidate : candidates) weights += weight_of(candidate);
@@ -535,7 +538,7 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
         place.covariance.row(2) /= wider;
         place.covariance.col(2) /= wider;
     }
-    double odds = this->odds(cameras, body, best.pose) + best.prior - settings_.odds_of_clutter;
+    double odds = (body.placed_by_look() ? best.score : odds_of_shape(cameras, body, best.pose)) + best.prior - settings_.odds_of_clutter;
     if (look) odds = body.round() ? odds + *look : std::min(*look, place.log_ratio);
     place.probability = 1 / (1 + std::exp(std::clamp(-odds, -500.0, 500.0)));
     return place;

@@ -78,6 +78,8 @@ public:
     /// Fills the candidates' odds.
     void weigh(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates);
     double odds(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
+    /// Nats by which a body stands at a pose, and neither nothing nor a thing of any shape.
+    double odds_of_shape(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
     /// How well the body's look agrees with what the cameras see at a pose, nats per spot; nothing where it is not known, or hardly in view.
     /// Every `step`-th spot is compared.
     std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step = 1);

@@ -275,6 +275,7 @@ SilhouetteObservation OverheadObserver::weighed_outlines(const BodySighting& sig
     SilhouetteObservation observation = observation_of({.robot = sighting.robot, .fit = best});
     observation.covariance = covariance;
     observation.kinds = sighting.kinds;
+    observation.existence = sighting.place.probability;
     const Eigen::LLT<Eigen::Matrix3d> root(settings_.body.search.lasting * best.pixel_covariance);
     observation.lasting.root = root.matrixL();
     if (shape.round()) observation.lasting.root.row(2).setZero();
@@ -685,6 +686,7 @@ SilhouetteObservation observation_of(const BodySighting& sighting, const Body& b
     observation.by_calibration = place.by_calibration;
     observation.lasting = place.lasting;
     observation.kinds = sighting.kinds;
+    observation.existence = place.probability;
     observation.yaw_known = !body.round();
     observation.support = place.filled;
     observation.visible = 1;

@@ -103,6 +103,19 @@ WallCover hidden_from(const SeenBy& camera, const Body& body, const Eigen::Vecto
     return camera.walls ? wall_cover(*camera.view, *camera.walls, place, body.radius, body.height, camera.evidence->scale) : WallCover();
 }
 
+double covered_part(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Body& other, const Pose2& at_other, PlaceMemory& memory) {
+    double common = 0, all = 0;
+    for (const SeenBy& camera : cameras) {
+        const Evidence& evidence = *camera.evidence;
+        cover(*camera.view, body.parts, pose, evidence.width, evidence.height, evidence.scale, 1, memory.mask);
+        if (!memory.mask.valid) continue;
+        all += memory.mask.area;
+        cover(*camera.view, other.parts, at_other, evidence.width, evidence.height, evidence.scale, 1, memory.other);
+        if (memory.other.valid) common += common_area(memory.mask, memory.other);
+    }
+    return all > 0 ? common / all : 0;
+}
+
 PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose, const PlaceScoreSettings& settings, PlaceMemory& memory, bool coarse,
                        double most_samples, const NearBody* near) {
     PlaceScore score;

@@ -1,6 +1,8 @@
 // How well a robot's body at a pose explains what one camera sees.
 #pragma once
 
+#include <span>
+
 #include "roomfix/imaging/evidence.hpp"
 #include "roomfix/overhead/body.hpp"
 #include "roomfix/overhead/look_score.hpp"
@@ -41,8 +43,20 @@ struct SeenBy {
     const std::vector<Polyline>* walls = nullptr;  // that nobody sees through; null: none
 };
 
+/// Working memory.
+struct PlaceMemory {
+    BodyMask mask;
+    BodyMask other;
+    std::vector<SeenSpot> spots;
+    std::vector<Span> rows;                // of the picture: what the body's outline covers
+    std::vector<Eigen::Vector2d> outline;  // the ring's outer edge
+};
+
 /// What walls hide from the camera of a body that stands at a place (m, map).
 WallCover hidden_from(const SeenBy& camera, const Body& body, const Eigen::Vector2d& place);
+
+/// Part of a body's pixels in all cameras that another one would cover, too.
+double covered_part(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Body& other, const Pose2& at_other, PlaceMemory& memory);
 
 struct PlaceScore {
     double log_ratio = 0;  // nats, 0: the camera says nothing
@@ -51,14 +65,6 @@ struct PlaceScore {
     double around = 0;     // part of the pixels around that do
     double body_like = 0;  // nats, at most 0: how much less differs than where a body usually stands. Of bodies with edges
     bool in_picture = false;
-};
-
-/// Working memory.
-struct PlaceMemory {
-    BodyMask mask;
-    std::vector<SeenSpot> spots;
-    std::vector<Span> rows;                // of the picture: what the body's outline covers
-    std::vector<Eigen::Vector2d> outline;  // the ring's outer edge
 };
 
 /// What walls hide of the body says nothing. Where the body's look is known and the evidence has its colours, they decide instead of how much differs.

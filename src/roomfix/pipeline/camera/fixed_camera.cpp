@@ -57,7 +57,7 @@ Sighting FixedCamera::sighting() const {
     }
     for (const SilhouetteObservation& o : result_.observations) {
         if (sees_tag_of(o.robot)) continue;
-        sighting.robots.push_back({o.robot, o.pose, o.yaw_known, o.covariance, {o.hypotheses.begin(), o.hypotheses.end()}, {}});
+        sighting.robots.push_back({o.robot, o.pose, o.yaw_known, o.covariance, {o.hypotheses.begin(), o.hypotheses.end()}, {}, o.existence});
     }
     return sighting;
 }

@@ -24,6 +24,7 @@ std::vector<Fix> fixes_of(const Sighting& sighting, const Site& site, Nanosecond
         fix.sources = sources;
         fix.hypotheses = seen.hypotheses;
         fix.map_from_camera = seen.map_from_camera;
+        fix.existence = seen.existence;
     }
     if (fixes.empty()) {
         Fix& none = fixes.emplace_back();

@@ -38,6 +38,7 @@ struct SeenRobot {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // x, y, yaw; m, rad
     std::vector<PoseHypothesis> hypotheses;                    // all poses that explain the frame, the best first; empty: this one alone
     std::optional<Eigen::Isometry3d> map_from_camera;          // where the frame tells the camera's whole pose
+    double existence = 1;                                      // probability that a robot stands there, and neither nothing nor another thing
 };
 
 /// What one frame showed.
