@@ -170,7 +170,12 @@ void propose_name(Track& track, int robot, const TrackingModels& models) {
     track.names.push_back(std::move(name));
 }
 
-/// Log evidence of a sighting without its direction for a track without a name, which does not take it.
+/// Log evidence of a sighting for a track without a name: of all of it, and of its place alone.
+struct PlainEvidence {
+    double pose = 0, place = 0;
+};
+
+/// Of a sighting's place, without taking it.
 double evidence_of_place(Track& track, PoseObservation seen, const Event& event, const Group& group, const TrackingModels& models) {
     std::vector<PossibleName> names = std::move(track.names);
     Track copy = track;
@@ -179,11 +184,8 @@ double evidence_of_place(Track& track, PoseObservation seen, const Event& event,
     return take_pose(copy, seen, event.source, models, group.many);
 }
 
-/// Takes a sighting of a track without a name as one of each robot that it may be. `plain`: its log evidence without a name, and that of its place alone: the
-/// direction of one kind of body, seen in another one, turns with that one and tells nothing of its name.
-struct PlainEvidence {
-    double pose = 0, place = 0;
-};
+/// Takes a sighting of a track without a name as one of each robot that it may be. The direction of one kind of body, seen in another one, turns with that one
+/// and tells nothing of its name.
 void weigh_names(Track& track, const PoseObservation& seen, const Event& event, const PlainEvidence& plain, const Group& group, const TrackingModels& models) {
     if (track.names.empty()) return;
     std::vector<double> before = {0}, after = {0};  // first that it is none of them

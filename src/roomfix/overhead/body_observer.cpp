@@ -387,6 +387,12 @@ bool BodyObserver::settle_next(bool only_expected, const EdgeJudge& edges) {
     BodySighting sighting{best->robot, places[0], {places.begin() + 1, places.end()}, {}};
     if (!is_robot(sighting, edges)) {
         candidates_[kind].erase(candidates_[kind].begin() + static_cast<std::ptrdiff_t>(best->candidate));
+        // What is no robot at its likeliest place is none farther along the ray either.
+        if (!bodies_[kind].has_edges) {
+            std::erase_if(candidates_[kind], [&](const BodyCandidate& c) {
+                return covered_part(moment_, bodies_[kind], c.pose, bodies_[kind], first.pose, memory_) >= settings_.same_pixels;
+            });
+        }
         if (bodies_[kind].has_edges && static_cast<int>(strange_.size()) > settings_.most_strange) candidates_[kind].clear();
         return true;
     }
