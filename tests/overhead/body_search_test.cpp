@@ -237,6 +237,19 @@ TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
     EXPECT_TRUE(BodyObserver({robot}).find(seen, {1}).empty());
 }
 
+/// A box that is larger than the robot is refused where it explains most, and then also where the robot would stand before or behind it.
+TEST(BodySearch, WhatIsNoRobotAtItsLikeliestPlaceIsNoneAlongTheRayEither) {
+    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    for (const double yaw : {0.3, 1.2}) {
+        const Evidence evidence = evidence_of(view, {{body_of({"larger", Box{0.9, 0.9, 0.5}}), {0.9, 0.5, yaw}}});
+        const std::vector<SeenBy> seen = {{&view, &evidence}};
+        EXPECT_TRUE(BodyObserver({cart}).find(seen, {1}).empty()) << yaw;
+        BodyObserverSettings settings;
+        settings.same_pixels = 2;  // no place is along another one's ray
+        EXPECT_FALSE(BodyObserver({cart}, settings).find(seen, {1}).empty()) << yaw;
+    }
+}
+
 TEST(BodySearch, WhatGoesOnBeyondTheOutlineHasNotTheBodysShape) {
     const View view = camera({-2, -1, 2.4}, {2, 1, 0});
     const Pose2 truth{1.8, 0.9, 0.4};
