@@ -235,6 +235,10 @@ TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
     ASSERT_FALSE(candidates.empty());
     EXPECT_GT(candidates[0].score, 100);  // by what differs it were one
     EXPECT_TRUE(BodyObserver({robot}).find(seen, {1}).empty());
+    BodyObserverSettings settings;
+    settings.same_pixels = 2;  // nobody asks
+    settings.search.score.goes_on = settings.search.score.something_beside;
+    EXPECT_FALSE(BodyObserver({robot}, settings).find(seen, {1}).empty());
 }
 
 /// A box that is larger than the robot is refused where it explains most, and then also where the robot would stand before or behind it.

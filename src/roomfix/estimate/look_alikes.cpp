@@ -232,7 +232,9 @@ double take_assigned(Association& association, const std::vector<int>& column_of
         if (!track.named) track.beside |= shown;
         const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
         PlainEvidence plain;
-        if (!track.names.empty() && seen.yaw_known) plain.place = evidence_of_place(track, seen, event, group, models);
+        const bool of_other_kinds = std::any_of(track.names.begin(), track.names.end(),
+                                                [&](const PossibleName& name) { return group.kind_of(name.track.robot) != group.kind_of(seen.robot); });
+        if (of_other_kinds && seen.yaw_known) plain.place = evidence_of_place(track, seen, event, group, models);
         plain.pose = take_as(track, track.named ? track.robot : seen.robot, seen, event, group, models);
         evidence += plain.pose;
         weigh_names(track, seen, event, plain, group, models);

@@ -299,7 +299,7 @@ bool BodyObserver::is_open(std::size_t kind) const {
 /// Is a robot of the kind expected nowhere?
 bool BodyObserver::is_missing(std::size_t kind) const {
     for (std::size_t r = 0; r < open_.size(); ++r) {
-        if (open_[r] && kind_of_[r] == kind && !expected_[r]) return true;
+        if (kind_of_[r] == kind && is_missing_robot(static_cast<int>(r))) return true;
     }
     return false;
 }
