@@ -39,7 +39,7 @@ TEST(NearOutlines, CoverWhatEachPoseCoversByItself) {
         const Body body = body_of(robot);
         const Pose2 around{1.4, 0.6, 0.3};
         NearBody near;
-        near.prepare(view, body, around, 1);
+        near.prepare(view, nullptr, body, around, 1);
         for (const Eigen::Vector3d& by :
              {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.03, -0.02, 0.05), Eigen::Vector3d(-0.15, 0.1, -0.4), Eigen::Vector3d(0.2, 0.05, 0.3)}) {
             const Pose2 pose{around.x + by.x(), around.y + by.y(), around.yaw + by.z()};
@@ -57,10 +57,10 @@ TEST(NearOutlines, CoverWhatEachPoseCoversByItself) {
 TEST(NearOutlines, ReachNoFartherThanTheBodyItself) {
     const Body body = body_of(SiteRobot{"cart", Box{0.8, 0.5, 0.4}});
     NearBody near;
-    near.prepare(corner_camera(), body, {1.4, 0.6, 0}, 1);
+    near.prepare(corner_camera(), nullptr, body, {1.4, 0.6, 0}, 1);
     EXPECT_FALSE(near.parts.reach({2.4, 0.6, 0}));
     EXPECT_FALSE(near.parts.reach({1.4, 0.6, 1.0}));
-    near.prepare(corner_camera(), body, {-8, -3, 0}, 1);  // behind the camera
+    near.prepare(corner_camera(), nullptr, body, {-8, -3, 0}, 1);  // behind the camera
     EXPECT_FALSE(near.parts.reach({-8, -3, 0}));
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "roomfix/base/column_sort.hpp"
 #include "roomfix/imaging/background_rows.hpp"
 
 namespace roomfix {
@@ -356,33 +357,39 @@ BackgroundModel BackgroundLearner::learn(const BackgroundSettings& settings) con
 
     std::vector<float> mean(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     std::vector<float> noise(mean.size(), 4.0f);
-    std::vector<float> values(count);
-    std::vector<float> sorted(count);
+    std::vector<ColumnRow> values(count), sorted(count);
     for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            for (std::size_t f = 0; f < count; ++f) values[f] = frames_[f].row(y)[x] * inverse_gain[f];
-            sorted = values;
-            const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(count / 2);
-            std::nth_element(sorted.begin(), middle, sorted.end());
-            const float median = *middle;
-            for (std::size_t f = 0; f < count; ++f) sorted[f] = std::abs(values[f] - median);
-            std::nth_element(sorted.begin(), middle, sorted.end());
-            const float widest = 4 * std::max(*middle, 1.0f);
-            float sum = 0;
-            float squares = 0;
-            float used = 0;
-            for (const float v : values) {
-                if (std::abs(v - median) > widest) continue;
-                sum += v;
-                squares += v * v;
-                used += 1;
+        for (int first = 0; first < width; first += static_cast<int>(columns_together)) {
+            const auto columns = std::min(columns_together, static_cast<std::size_t>(width - first));
+            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(first);
+            for (std::size_t f = 0; f < count; ++f) {
+                const std::uint8_t* row = frames_[f].row(y) + first;
+                for (std::size_t x = 0; x < columns; ++x) values[f][x] = row[x] * inverse_gain[f];
             }
-            const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-            mean[at] = sum / used;
-            if (used < 2) continue;
-            // With few frames the spread is itself uncertain: mix in one made-up frame with a noise of 4 grey levels.
-            const float spread = std::max(squares - used * mean[at] * mean[at], 0.0f);
-            noise[at] = std::sqrt((spread + 16.0f) / used);
+            sorted = values;
+            sort_columns(sorted);
+            const ColumnRow median = sorted[count / 2];
+            for (std::size_t f = 0; f < count; ++f) {
+                for (std::size_t x = 0; x < columns_together; ++x) sorted[f][x] = std::abs(values[f][x] - median[x]);
+            }
+            sort_columns(sorted);
+            ColumnRow sum{}, squares{}, used{};
+            for (const ColumnRow& row : values) {
+                for (std::size_t x = 0; x < columns_together; ++x) {
+                    const bool kept = std::abs(row[x] - median[x]) <= 4 * std::max(sorted[count / 2][x], 1.0f);
+                    const float v = kept ? row[x] : 0.0f;
+                    sum[x] += v;
+                    squares[x] += v * v;
+                    used[x] += kept ? 1.0f : 0.0f;
+                }
+            }
+            for (std::size_t x = 0; x < columns; ++x) {
+                mean[at + x] = sum[x] / used[x];
+                if (used[x] < 2) continue;
+                // With few frames the spread is itself uncertain: mix in one made-up frame with a noise of 4 grey levels.
+                const float spread = std::max(squares[x] - used[x] * mean[at + x] * mean[at + x], 0.0f);
+                noise[at + x] = std::sqrt((spread + 16.0f) / used[x]);
+            }
         }
     }
     return {width, height, mean, noise, settings};

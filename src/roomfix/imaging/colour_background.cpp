@@ -1,8 +1,11 @@
 #include "roomfix/imaging/colour_background.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
+#include "roomfix/base/column_sort.hpp"
 #include "roomfix/base/fast_math.hpp"
 
 namespace roomfix {
@@ -22,6 +25,34 @@ float median(std::vector<float>& values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+/// Of those values that are less than `limit` off a number.
+struct MedianNear {
+    float value = 0;
+    int count = 0;
+};
+
+/// Counts them in bins, evenly spread in each.
+MedianNear median_near(std::span<const float> values, float number, float limit) {
+    constexpr int bins = 128;
+    std::array<int, bins + 2> counts{};  // the first and the last: of those farther off
+    const float per_value = 0.5f * bins / limit;
+    for (const float v : values) {
+        const float bin = std::min(std::max((v - number) * per_value + 0.5f * bins + 1, 0.0f), bins + 1.5f);
+        ++counts[static_cast<std::size_t>(bin)];
+    }
+    MedianNear median{number, static_cast<int>(values.size()) - counts[0] - counts[bins + 1]};
+    float left = 0.5f * static_cast<float>(median.count);
+    for (std::size_t b = 1; b <= bins && median.count > 0; ++b) {
+        const auto here = static_cast<float>(counts[b]);
+        if (here >= left) {
+            median.value = number + (static_cast<float>(b) - 1 + left / here - 0.5f * bins) / per_value;
+            break;
+        }
+        left -= here;
+    }
+    return median;
 }
 
 /// Means over squares of 2 * window + 1 pixels, cut off at the picture's borders. `columns`: working memory.
@@ -144,15 +175,9 @@ void ColourBackground::solve_light(std::vector<float>& difference) {
             for (std::size_t k = 0; k < c; ++k) {
                 const float light = smooth_[b * c + k];
                 const std::size_t begin = first_sample_[b * c + k], end = first_sample_[b * c + k + 1];
-                sorted_.resize(end - begin);
-                std::size_t kept = 0;
-                for (std::size_t i = begin; i < end; ++i) {
-                    sorted_[kept] = samples_[i];
-                    kept += std::abs(samples_[i] - light) < limit;
-                }
-                sorted_.resize(kept);
-                still += static_cast<float>(kept);
-                blocks_[b * c + k] = kept > 16 ? median(sorted_) : light;
+                const MedianNear near = median_near({samples_.data() + begin, end - begin}, light, limit);
+                still += static_cast<float>(near.count);
+                blocks_[b * c + k] = near.count > 16 ? near.value : light;
             }
             const auto seen = static_cast<float>(first_sample_[(b + 1) * c] - first_sample_[b * c]);
             const float part = seen > 0 ? still / seen : 0;
@@ -210,7 +235,7 @@ void ColourBackground::learn(std::vector<ColourImage> frames) {
         to_log(frame, logs.emplace_back());
     }
     // The median, twice: the second time of frames in the light of the first.
-    std::vector<float> values;
+    std::vector<ColumnRow> values(logs.size());
     for (int round = 0; round < 2; ++round) {
         if (round == 1 && logs.size() > 1) {
             for (auto& log : logs) {
@@ -220,10 +245,11 @@ void ColourBackground::learn(std::vector<ColourImage> frames) {
             }
         }
         mean_.resize(logs[0].size());
-        for (std::size_t i = 0; i < mean_.size(); ++i) {
-            values.clear();
-            for (const auto& log : logs) values.push_back(log[i]);
-            mean_[i] = median(values);
+        for (std::size_t first = 0; first < mean_.size(); first += columns_together) {
+            const std::size_t count = std::min(columns_together, mean_.size() - first);
+            for (std::size_t f = 0; f < logs.size(); ++f) std::copy_n(logs[f].begin() + static_cast<std::ptrdiff_t>(first), count, values[f].begin());
+            sort_columns(values);
+            std::copy_n(values[values.size() / 2].begin(), count, mean_.begin() + static_cast<std::ptrdiff_t>(first));
         }
     }
     learn_noise(logs);
@@ -246,13 +272,16 @@ void ColourBackground::learn_noise(const std::vector<std::vector<float>>& frames
     const auto c = static_cast<std::size_t>(channels_);
     noise_.assign(pixels(), 0.0f);
     if (frames.size() >= 3) {
-        std::vector<float> values;
-        for (std::size_t i = 0; i < pixels(); ++i) {
-            values.clear();
-            for (const auto& frame : frames) {
-                for (std::size_t k = 0; k < c; ++k) values.push_back(std::abs(frame[i * c + k] - mean_[i * c + k]));
+        std::vector<ColumnRow> values(frames.size() * c);
+        for (std::size_t first = 0; first < pixels(); first += columns_together) {
+            const std::size_t count = std::min(columns_together, pixels() - first);
+            for (std::size_t v = 0; v < values.size(); ++v) {
+                const float* of_frame = frames[v / c].data() + first * c + v % c;
+                const float* mean = mean_.data() + first * c + v % c;
+                for (std::size_t i = 0; i < count; ++i) values[v][i] = std::abs(of_frame[i * c] - mean[i * c]);
             }
-            noise_[i] = 1.48f * median(values);
+            sort_columns(values);
+            for (std::size_t i = 0; i < count; ++i) noise_[first + i] = 1.48f * values[values.size() / 2][i];
         }
         std::vector<float> raw = noise_;
         box_mean<light_window>(raw, width_, height_, column_, noise_);
@@ -469,12 +498,17 @@ void ColourBackground::keep_colours(Evidence& evidence) const {
 void ColourBackground::refresh(const Evidence& evidence, float part) {
     if (difference_.size() != mean_.size()) return;
     constexpr float surely = 0.95f;
+    constexpr std::size_t turns = 4;
     const auto c = static_cast<std::size_t>(channels_);
-    for (std::size_t i = 0; i < pixels(); ++i) {
-        const bool keeps = evidence.pixels[i].plain < surely || std::abs(level_[i]) * inverse_noise_[i] > 3;
-        const float step = keeps ? 0 : part;
-        for (std::size_t k = 0; k < c; ++k) mean_[i * c + k] += step * difference_[i * c + k];
+    const auto line = static_cast<std::size_t>(width_);
+    for (std::size_t y = turn_; y < static_cast<std::size_t>(height_); y += turns) {
+        for (std::size_t i = y * line; i < (y + 1) * line; ++i) {
+            const bool keeps = evidence.pixels[i].plain < surely || std::abs(level_[i]) * inverse_noise_[i] > 3;
+            const float step = keeps ? 0 : turns * part;
+            for (std::size_t k = 0; k < c; ++k) mean_[i * c + k] += step * difference_[i * c + k];
+        }
     }
+    turn_ = (turn_ + 1) % turns;
 }
 
 void ColourFrames::add(const ColourImage& frame) {

@@ -49,7 +49,7 @@ public:
     void learn(std::vector<ColourImage> frames);
     /// Of a frame of the background's size; a grey frame is compared in grey, and so is any with a grey background. False if the size is another.
     bool compare(const ColourImage& frame, Evidence& evidence);
-    /// After compare(): what surely is background moves it by `part` of the difference.
+    /// After compare(): what surely is background moves it by `part` of the difference, one in four rows each time, and so many times farther.
     void refresh(const Evidence& evidence, float part);
 
 private:
@@ -80,6 +80,7 @@ private:
     std::vector<float> noise_;  // standard deviation of a channel's log colour, per pixel
     std::vector<float> inverse_noise_;
     std::vector<float> log_noise_;
+    std::size_t turn_ = 0;  // of the rows that refresh() looks at
 
     // Working memory, kept between frames.
     ColourImage grey_;

@@ -18,6 +18,11 @@ void shrink(const std::uint8_t* data, int width, int height, std::ptrdiff_t stri
     image.values.resize(image.pixels() * static_cast<std::size_t>(channels));
     const int area = scale * scale;
     std::uint8_t* to = image.values.data();
+    if (scale == 1) {
+        const auto line = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);
+        for (int y = 0; y < height; ++y, to += line) std::copy_n(data + y * stride, line, to);
+        return;
+    }
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
             for (int c = 0; c < channels; ++c) {

@@ -1,6 +1,7 @@
 #include "roomfix/imaging/evidence.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace roomfix {
 
@@ -76,23 +77,40 @@ void Evidence::sum_up(const Rows& changed) {
     row_sums.resize(line * static_cast<std::size_t>(height));
     cell_sums_.resize(across * down);
     box_sums.resize((across + 1) * (down + 1));
-    for (int y = changed.begin; y < changed.end; ++y) {
+    // Several rows at once: within one each sum waits for the one before.
+    constexpr int together = 4;
+    int y = changed.begin;
+    for (; y + together <= changed.end; y += together) {
+        std::array<const Sums*, together> from;
+        std::array<Sums*, together> row;
+        std::array<Sums, together> sum{};
+        for (std::size_t k = 0; k < together; ++k) {
+            from[k] = pixels.data() + static_cast<std::ptrdiff_t>(y + static_cast<int>(k)) * width;
+            row[k] = row_sums.data() + static_cast<std::size_t>(y + static_cast<int>(k)) * line;
+            row[k][0] = {};
+        }
+        for (std::size_t x = 0; x + 1 < line; ++x) {
+            for (std::size_t k = 0; k < together; ++k) {
+                sum[k].other += from[k][x].other;
+                sum[k].plain += from[k][x].plain;
+                row[k][x + 1].other = sum[k].other;
+                row[k][x + 1].plain = sum[k].plain;
+            }
+        }
+    }
+    for (; y < changed.end; ++y) {
         const Sums* from = pixels.data() + static_cast<std::ptrdiff_t>(y) * width;
         Sums* row = row_sums.data() + static_cast<std::size_t>(y) * line;
-        Sums sum;
-        row[0] = sum;
-        for (std::size_t x = 0; x + 1 < line; ++x) {
-            sum = {sum.other + from[x].other, sum.plain + from[x].plain};
-            row[x + 1] = sum;
-        }
+        row[0] = {};
+        for (std::size_t x = 0; x + 1 < line; ++x) row[x + 1] = {row[x].other + from[x].other, row[x].plain + from[x].plain};
     }
     const auto first = static_cast<std::size_t>(changed.begin / cell);
     for (std::size_t cy = first; cy < static_cast<std::size_t>(cells(changed.end)); ++cy) {
         Sums* cell_row = cell_sums_.data() + cy * across;
         std::fill(cell_row, cell_row + across, Sums());
         const std::size_t bottom = std::min((cy + 1) * cell, static_cast<std::size_t>(height));
-        for (std::size_t y = cy * cell; y < bottom; ++y) {
-            const Sums* row = row_sums.data() + y * line;
+        for (std::size_t v = cy * cell; v < bottom; ++v) {
+            const Sums* row = row_sums.data() + v * line;
             for (std::size_t cx = 0; cx < across; ++cx) {
                 const Sums& begin = row[cx * cell];
                 const Sums& end = row[std::min((cx + 1) * cell, line - 1)];

@@ -44,18 +44,22 @@ ConvexPart core_of(const ConvexPart& part) {
     return core;
 }
 
-/// Joins spans of the same row that touch.
-void merge(std::vector<Span>& spans) {
-    std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.y != b.y ? a.y < b.y : a.begin < b.begin; });
-    std::size_t kept = 0;
-    for (std::size_t i = 1; i < spans.size(); ++i) {
-        if (spans[i].y == spans[kept].y && spans[i].begin <= spans[kept].end) {
-            spans[kept].end = std::max(spans[kept].end, spans[i].end);
+/// Joins the spans of one more polygon, behind the first `before`, with those, both from top to bottom and from left to right. `joined`: working memory.
+void join(std::vector<Span>& spans, std::size_t before, std::vector<Span>& joined) {
+    joined.clear();
+    const auto add = [&](const Span& span) {
+        if (!joined.empty() && joined.back().y == span.y && span.begin <= joined.back().end) {
+            joined.back().end = std::max(joined.back().end, span.end);
         } else {
-            spans[++kept] = spans[i];
+            joined.push_back(span);
         }
+    };
+    std::size_t a = 0, b = before;
+    while (a < before || b < spans.size()) {
+        const bool first = b == spans.size() || (a < before && (spans[a].y != spans[b].y ? spans[a].y < spans[b].y : spans[a].begin < spans[b].begin));
+        add(spans[first ? a++ : b++]);
     }
-    if (!spans.empty()) spans.resize(kept + 1);
+    spans.swap(joined);
 }
 
 /// Radius of the largest circle around the origin inside the hull of all parts, seen from above; 0 where the origin is outside.
@@ -152,23 +156,31 @@ void BodyMask::begin(int picture_width, int picture_height, int step) {
     spans.clear();
     area = whole = 0;
     valid = false;
-    polygons = 0;
     low = Eigen::Vector2d::Constant(1e9);
     high = -low;
 }
 
 void BodyMask::add(std::span<const Eigen::Vector2d> polygon) {
-    for (const Eigen::Vector2d& p : polygon) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-    }
+    const PixelBox box = box_around(polygon);
+    low = low.cwiseMin(box.low);
+    high = high.cwiseMax(box.high);
     whole += polygon_area(polygon);
-    ++polygons;
-    for_polygon_rows(polygon, width, height, row_step, [&](int y, int begin, int end) { spans.push_back({y, begin, end}); });
+    const std::size_t before = spans.size();
+    const double rows = std::min(box.high.y(), height - 1.0) - std::max(box.low.y(), 0.0);
+    if (!(rows >= 0)) return;
+    spans.resize(before + static_cast<std::size_t>(rows / row_step) + 2);
+    Span* next = spans.data() + before;
+    for_polygon_rows(polygon, width, height, row_step, [&](int y, int begin, int end) {
+        next->y = y;  // each by itself: two ints put together to be stored at once make the processor wait
+        next->begin = begin;
+        next->end = end;
+        ++next;
+    });
+    spans.resize(static_cast<std::size_t>(next - spans.data()));
+    if (before > 0) join(spans, before, joined);
 }
 
 void BodyMask::finish() {
-    if (polygons > 1) merge(spans);
     for (const Span& span : spans) area += (span.end - span.begin) * row_step;
     whole = std::max(whole, area);
     left = std::clamp(static_cast<int>(std::floor(std::clamp(low.x(), -1.0, 1e5))), 0, width);

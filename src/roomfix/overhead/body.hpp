@@ -52,7 +52,7 @@ struct Span {
 
 /// The pixels of a small picture that a body covers; memory is kept between uses.
 struct BodyMask {
-    std::vector<Span> spans;                       // no two overlap
+    std::vector<Span> spans;                       // no two overlap; from top to bottom
     double area = 0;                               // px, of `spans`
     double whole = 0;                              // px, with what lies outside the picture
     int left = 0, top = 0, right = 0, bottom = 0;  // box around it in the picture, right and bottom exclusive
@@ -67,10 +67,10 @@ struct BodyMask {
 
     // Working memory.
     int width = 0, height = 0, row_step = 1;
-    int polygons = 0;
     Eigen::Vector2d low, high;
     std::vector<Eigen::Vector2d> pixels;
     std::vector<int> order, hull;
+    std::vector<Span> joined;
 };
 
 /// px that two masks of one picture, both of every row, have in common.

@@ -13,29 +13,6 @@ namespace {
 
 constexpr int turns_of_look = 16;  // in which it is compared all over the floor
 
-struct Floor {
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9);
-    Eigen::Vector2d high = Eigen::Vector2d::Constant(-1e9);
-};
-
-/// All floor that some camera sees, as a rectangle along the map's axes.
-Floor floor_in_sight(std::span<const SeenBy> cameras, const Body& body, double farthest) {
-    Floor floor;
-    for (const SeenBy& camera : cameras) {
-        const View& view = *camera.view;
-        const auto pixels = spread_pixels(view.model);
-        for (Eigen::Index i = 0; i < pixels.cols(); ++i) {
-            for (const double height : {0.0, std::min(body.height, 0.9 * view.position().z())}) {
-                const auto seen = pixel_to_plane(view, pixels.col(i), height);
-                if (!seen || (seen->point - view.position().head<2>()).norm() > farthest * view.position().z()) continue;
-                floor.low = floor.low.cwiseMin(seen->point);
-                floor.high = floor.high.cwiseMax(seen->point);
-            }
-        }
-    }
-    return floor;
-}
-
 /// Halton's sequence, van der Corput's with a prime base.
 double halton(int index, int base) {
     double result = 0;
@@ -144,7 +121,7 @@ void BodySearch::weigh(std::span<const SeenBy> cameras, const Body& body, std::v
 /// From now on score_near() is fast around this pose.
 void BodySearch::prepare_near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
     near_.resize(std::max(near_.size(), cameras.size()));
-    for (std::size_t c = 0; c < cameras.size(); ++c) near_[c].prepare(*cameras[c].view, body, pose, cameras[c].evidence->scale);
+    for (std::size_t c = 0; c < cameras.size(); ++c) near_[c].prepare(*cameras[c].view, cameras[c].walls, body, pose, cameras[c].evidence->scale);
 }
 
 /// As score().
@@ -232,21 +209,12 @@ void BodySearch::add_rivals(std::vector<BodyPlace>& places, const Body& body) {
 }
 
 /// Does any camera show something else where the body would stand?
-bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const {
-    for (const SeenBy& camera : cameras) {
-        const Evidence& evidence = *camera.evidence;
-        const auto foot = project_map_point(*camera.view, {place.x(), place.y(), 0});
-        const auto top = project_map_point(*camera.view, {place.x(), place.y(), body.height});
-        if (!foot || !top || hidden_from(camera, body, place).whole) continue;
-        const double distance = (camera.view->position() - Eigen::Vector3d(place.x(), place.y(), 0.5 * body.height)).norm();
-        const double reach = body.radius * camera.view->model.fx / std::max(distance, 0.1);
-        const auto cell = [&](double pixel, int size) { return std::clamp(static_cast<int>(std::clamp(pixel, -1e6, 1e6) / evidence.scale), 0, size); };
-        const int left = cell(std::min(foot->x(), top->x()) - reach, evidence.width);
-        const int right = cell(std::max(foot->x(), top->x()) + reach + evidence.scale, evidence.width);
-        const int above = cell(std::min(foot->y(), top->y()) - reach, evidence.height);
-        const int below = cell(std::max(foot->y(), top->y()) + reach + evidence.scale, evidence.height);
-        if (right <= left || below <= above) continue;
-        const Evidence::Sums seen = evidence.box(left, above, right, below);
+bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body, std::span<const FloorGrid::Box> boxes) const {
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+        const FloorGrid::Box& box = boxes[c];
+        if (box.empty()) continue;
+        const Evidence& evidence = *cameras[c].evidence;
+        const Evidence::Sums seen = evidence.box(box.left, box.above, box.right, box.below);
         const double covered = body.share_of_box * static_cast<double>(seen.other + seen.plain);
         double least = settings_.least_other * covered;
         if (body.has_edges) {
@@ -256,6 +224,20 @@ bool BodySearch::worth_a_look(std::span<const SeenBy> cameras, const Body& body,
         if (static_cast<double>(seen.other) > least) return true;
     }
     return false;
+}
+
+/// The places for a body's search, kept as long as it and the cameras stay the same.
+const FloorGrid& BodySearch::grid_of(std::span<const SeenBy> cameras, const Body& body) {
+    constexpr std::size_t most_grids = 16;  // kinds of bodies, and sets of cameras with a frame at the same moment
+    const FloorGridSettings settings{std::max(coarse_step(body), settings_.least_step), settings_.most_places, settings_.farthest};
+    const auto known = std::find_if(grids_.begin(), grids_.end(), [&](const FloorGrid& grid) { return grid.fits(cameras, body, settings); });
+    if (known != grids_.end()) {
+        std::rotate(grids_.begin(), known, known + 1);  // the one that was not used for the longest time is the last
+    } else {
+        if (grids_.size() == most_grids) grids_.pop_back();
+        grids_.insert(grids_.begin(), FloorGrid())->lay(cameras, body, settings);
+    }
+    return grids_.front();
 }
 
 double BodySearch::coarse_step(const Body& body) const { return (body.placed_by_look() ? settings_.coarse_step_of_look : settings_.coarse_step) * body.radius; }
@@ -294,23 +276,25 @@ void BodySearch::align_looks(std::span<const SeenBy> cameras, const Body& body) 
 void BodySearch::search_floor(std::span<const SeenBy> cameras, const Body& body) {
     candidates_.clear();
     by_look_.clear();
-    const Floor floor = floor_in_sight(cameras, body, settings_.farthest);
-    if (floor.low.x() > floor.high.x()) return;
-    const Eigen::Vector2d extent = floor.high - floor.low;
-    double step = std::max(coarse_step(body), settings_.least_step);
-    step = std::max(step, std::sqrt(extent.x() * extent.y() / settings_.most_places));
+    const FloorGrid& grid = grid_of(cameras, body);
     const int turns = body.round() ? 1 : static_cast<int>(std::lround(body.symmetry / std::numbers::pi * 6));
-    for (double y = floor.low.y(); y <= floor.high.y(); y += step) {
-        for (double x = floor.low.x(); x <= floor.high.x(); x += step) {
-            if (!worth_a_look(cameras, body, {x, y})) continue;
-            BodyCandidate best{{x, y, 0}, 0};
+    const double middle_turn = 0.5 * body.symmetry * (turns - 1) / turns;
+    for (const FloorGrid::Patch& patch : grid.patches()) {
+        bool prepared = false;
+        for (std::size_t p = patch.begin; p < patch.end; ++p) {
+            if (!worth_a_look(cameras, body, grid.boxes(p))) continue;
+            const Eigen::Vector2d& place = grid.places()[p];
+            const Eigen::Vector2d& around = turns > 1 ? place : patch.middle;  // with all turns the whole patch is too large
+            if (!prepared || turns > 1) prepare_near(cameras, body, {around.x(), around.y(), middle_turn});
+            prepared = true;
+            BodyCandidate best{{place.x(), place.y(), 0}, 0};
             for (int turn = 0; turn < turns; ++turn) {
-                const Pose2 pose{x, y, body.symmetry * turn / turns};
-                const double here = score(cameras, body, pose, true);
+                const Pose2 pose{place.x(), place.y(), body.symmetry * turn / turns};
+                const double here = score_near(cameras, body, pose, true);
                 if (here > best.score) best = {pose, here};
             }
             if (best.score > 1) candidates_.push_back(best);
-            if (body.placed_by_look()) try_looks(cameras, body, {x, y});
+            if (body.placed_by_look()) try_looks(cameras, body, place);
         }
     }
     const auto near = [&](const BodyCandidate& a, const BodyCandidate& b) {
@@ -384,7 +368,7 @@ BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body
 
 /// Climbs by trying steps along each axis, ever smaller ones.
 BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse) {
-    const double smallest = step / 32;
+    const double smallest = step / (coarse ? 8 : body.placed_by_look() ? 32 : 16);  // a look has a narrow peak
     prepare_near(cameras, body, start.pose);
     for (; step >= smallest; step /= 2) {
         const double turn = body.round() ? 0 : step / body.radius;
@@ -429,7 +413,8 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
         // The best pose is one of the samples when it comes to how many count.
         const double top = std::exp(std::min(0.5 * root.matrixL().solve(mean).squaredNorm(), 12.0));
         double counted = top, squared = top * top;
-        for (int i = 0; i < settings_.spread_samples; ++i) {
+        const bool last = round + 1 == settings_.spread_rounds;  // the ones before only tell where its samples are to be drawn
+        for (int i = 0; i < (last ? settings_.spread_samples : settings_.spread_samples / 2); ++i) {
             const Eigen::Vector3d& unit = units_[static_cast<std::size_t>(i + round * settings_.spread_samples)];
             Eigen::Vector3d by = mean + lower * unit;
             if (body.round()) by.z() = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "roomfix/observation/silhouette_observation.hpp"
+#include "roomfix/overhead/floor_grid.hpp"
 #include "roomfix/overhead/place_score.hpp"
 
 namespace roomfix {
@@ -108,7 +109,8 @@ private:
     double coarse_agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
     void align_looks(std::span<const SeenBy> cameras, const Body& body);
     void try_looks(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place);
-    bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, const Eigen::Vector2d& place) const;
+    bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, std::span<const FloorGrid::Box> boxes) const;
+    const FloorGrid& grid_of(std::span<const SeenBy> cameras, const Body& body);
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
     BodyCandidate climb_from_beside(std::span<const SeenBy> cameras, const Body& body, BodyCandidate best);
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
@@ -116,6 +118,7 @@ private:
     BodySearchSettings settings_;
     PlaceMemory memory_;
     std::vector<NearBody> near_;          // of each camera
+    std::vector<FloorGrid> grids_;
     std::vector<Eigen::Vector3d> units_;  // normal numbers, evenly spread, for samples of poses
     std::vector<BodyCandidate> candidates_;
     std::vector<BodyCandidate> by_look_;

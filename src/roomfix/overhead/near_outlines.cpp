@@ -1,22 +1,21 @@
 #include "roomfix/overhead/near_outlines.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include "roomfix/geometry/convex_hull.hpp"
+#include "roomfix/overhead/wall_cover.hpp"
 
 namespace roomfix {
 namespace {
 
-constexpr double most_turn = 0.5;    // rad
-constexpr double most_move = 1;      // of the body's radius: farther away the lens is another
+constexpr double most_move = 1.5;    // of the body's radius, of its corners by way and turn: farther away the lens is another
 constexpr double least_depth = 0.1;  // m before the camera
 
 }  // namespace
 
-void NearOutlines::prepare(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int scale, double reach) {
+void NearOutlines::prepare(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int scale, double radius) {
     pose_ = pose;
-    reach_ = reach;
+    radius_ = radius;
     valid_ = false;
     corners_.clear();
     ends_.clear();
@@ -52,8 +51,8 @@ void NearOutlines::prepare(const View& view, const std::vector<ConvexPart>& part
 }
 
 bool NearOutlines::reach(const Pose2& pose) const {
-    return valid_ && std::hypot(pose.x - pose_.x, pose.y - pose_.y) < reach_ &&
-           std::abs(std::remainder(pose.yaw - pose_.yaw, 2 * std::numbers::pi)) < most_turn;
+    const double by_turn = 2 * radius_ * std::abs(std::sin(0.5 * (pose.yaw - pose_.yaw)));
+    return valid_ && std::hypot(pose.x - pose_.x, pose.y - pose_.y) + by_turn < most_move * radius_;
 }
 
 void NearOutlines::cover(const Pose2& pose, int width, int height, int row_step, BodyMask& mask) const {
@@ -82,9 +81,13 @@ void NearOutlines::cover(const Pose2& pose, int width, int height, int row_step,
     mask.finish();
 }
 
-void NearBody::prepare(const View& view, const Body& body, const Pose2& pose, int scale) {
-    core.prepare(view, body.core, pose, scale, most_move * body.radius);
-    parts.prepare(view, body.parts, pose, scale, most_move * body.radius);
+void NearBody::prepare(const View& view, const std::vector<Polyline>* walls, const Body& body, const Pose2& pose, int scale) {
+    core.prepare(view, body.core, pose, scale, body.radius);
+    parts.prepare(view, body.parts, pose, scale, body.radius);
+    const auto top = project_map_point(view, {pose.x, pose.y, body.height});
+    const auto foot = project_map_point(view, {pose.x, pose.y, 0});
+    rows = top && foot ? std::abs(foot->y() - top->y()) / scale : 0;
+    unhidden = !walls || in_plain_view(view, *walls, {pose.x, pose.y}, (1 + most_move) * body.radius);
 }
 
 }  // namespace roomfix

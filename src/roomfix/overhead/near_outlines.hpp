@@ -12,8 +12,8 @@ namespace roomfix {
 /// Of one camera. Around each corner of the body the lens is taken as linear; perspective stays exact.
 class NearOutlines {
 public:
-    /// Around a pose, for a picture that is `scale` times smaller than the camera's.
-    void prepare(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int scale, double reach);
+    /// Around a pose, for a picture that is `scale` times smaller than the camera's. `radius`: of the body.
+    void prepare(const View& view, const std::vector<ConvexPart>& parts, const Pose2& pose, int scale, double radius);
     /// Is a pose so near that the outline is the same to a fraction of a pixel?
     bool reach(const Pose2& pose) const;
     /// As roomfix::cover().
@@ -28,7 +28,7 @@ private:
         Eigen::Matrix2d by_ray;  // px
     };
     Pose2 pose_;
-    double reach_ = 0;  // m
+    double radius_ = 0;  // m
     bool valid_ = false;
     Eigen::Matrix<double, 3, 2> camera_from_floor_;
     std::vector<Corner> corners_;
@@ -43,8 +43,11 @@ private:
 struct NearBody {
     NearOutlines core;
     NearOutlines parts;
+    bool unhidden = false;  // by walls, at all poses within reach
+    double rows = 0;        // of the small picture, from its foot to its top
 
-    void prepare(const View& view, const Body& body, const Pose2& pose, int scale);
+    /// `walls`: null: none.
+    void prepare(const View& view, const std::vector<Polyline>* walls, const Body& body, const Pose2& pose, int scale);
 };
 
 }  // namespace roomfix

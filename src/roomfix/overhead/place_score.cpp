@@ -9,7 +9,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double rows_enough = 40;  // of a body of one part: more rows say the same
+constexpr double rows_enough = 40;  // of a body: more say the same
 
 /// Independent samples, and how many of them show something else.
 struct SampleCount {
@@ -121,17 +121,18 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     PlaceScore score;
     const View& view = *camera.view;
     const Evidence& evidence = *camera.evidence;
-    const WallCover hidden = hidden_from(camera, body, {pose.x, pose.y});
+    const bool nearby = near && near->core.reach(pose) && near->parts.reach(pose);
+    const WallCover hidden = nearby && near->unhidden ? WallCover() : hidden_from(camera, body, {pose.x, pose.y});
     if (hidden.whole) return score;
     BodyMask& mask = memory.mask;
-    int step = 1;
-    if (body.parts.size() == 1) {
+    double rows = nearby ? near->rows : 0;
+    if (!nearby) {
         const auto top = project_map_point(view, {pose.x, pose.y, body.height});
         const auto foot = project_map_point(view, {pose.x, pose.y, 0});
         if (!top || !foot) return score;
-        step = std::max(1, static_cast<int>(std::abs(foot->y() - top->y()) / evidence.scale / rows_enough));
+        rows = std::abs(foot->y() - top->y()) / evidence.scale;
     }
-    const bool nearby = near && near->core.reach(pose) && near->parts.reach(pose);
+    const int step = std::max(1, static_cast<int>(rows / rows_enough));
     const auto cover_with = [&](const std::vector<ConvexPart>& parts, const NearOutlines* outlines) {
         if (outlines) {
             outlines->cover(pose, evidence.width, evidence.height, step, mask);

@@ -60,55 +60,52 @@ Eigen::Vector2d polygon_centroid(std::span<const Eigen::Vector2d> polygon);
 /// True if the point is inside the convex polygon grown by `margin` px.
 bool inside_polygon(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& point, double margin);
 
-/// Calls visit(y, begin, end) for the pixels begin <= x < end of each `step`-th row whose centres are inside the polygon.
+/// Calls visit(y, begin, end) for the pixels begin <= x < end whose centres are inside the convex polygon, in rows that are multiples of `step`.
 template <class Visit>
 void for_polygon_rows(std::span<const Eigen::Vector2d> polygon, int width, int height, int step, Visit visit) {
-    double top = polygon[0].y();
-    double bottom = top;
-    for (const auto& p : polygon) {
-        top = std::min(top, p.y());
-        bottom = std::max(bottom, p.y());
+    const std::size_t count = polygon.size();
+    std::size_t topmost = 0;
+    double bottom = polygon[0].y();
+    for (std::size_t i = 1; i < count; ++i) {
+        if (polygon[i].y() < polygon[topmost].y()) topmost = i;
+        bottom = std::max(bottom, polygon[i].y());
     }
+    const double top = polygon[topmost].y();
     if (!(bottom >= 0 && top <= height - 1)) return;
-    const int first = std::max(static_cast<int>(std::ceil(std::max(top, 0.0))), 0);
+    const int first = static_cast<int>(std::ceil(std::max(top, 0.0)));
     const int last = static_cast<int>(std::floor(std::min(bottom, height - 1.0)));
     // Two chains of edges run down from the topmost corner; each row lies between one edge of either chain.
-    const std::size_t count = polygon.size();
-    std::size_t start = 0;
-    for (std::size_t i = 1; i < count; ++i) {
-        if (polygon[i].y() < polygon[start].y()) start = i;
-    }
     struct Chain {
-        std::size_t at, next;
-        double slope = 0;  // px to the right per row
+        std::size_t at;      // corner at which the edge begins
+        double x = 0;        // px, in row 0
+        double slope = 0;    // px to the right per row
+        int last_row = -1;   // of the edge
     };
-    const auto after = [count](std::size_t at, bool forward) { return forward ? (at + 1 == count ? 0 : at + 1) : (at == 0 ? count : at) - 1; };
-    const auto x_in_row = [&](Chain& chain, bool forward, int y) {
-        bool moved = chain.at == chain.next;
-        for (std::size_t guard = 0; guard < count; ++guard) {
-            const std::size_t next = after(chain.at, forward);
-            if (polygon[next].y() >= y) break;
+    const auto go_down_to = [&](Chain& chain, bool forward, int y) {
+        const auto after = [&](std::size_t at) { return forward ? (at + 1 == count ? 0 : at + 1) : (at == 0 ? count : at) - 1; };
+        std::size_t next = after(chain.at);
+        for (std::size_t guard = 0; guard < count && polygon[next].y() < y; ++guard) {
             chain.at = next;
-            moved = true;
+            next = after(next);
         }
-        if (moved) {
-            chain.next = after(chain.at, forward);
-            const Eigen::Vector2d edge = polygon[chain.next] - polygon[chain.at];
-            chain.slope = edge.y() > 1e-9 ? edge.x() / edge.y() : 0;
-        }
-        const Eigen::Vector2d& from = chain.slope == 0 ? polygon[chain.next] : polygon[chain.at];
-        return from.x() + chain.slope * (y - polygon[chain.at].y());
+        const Eigen::Vector2d edge = polygon[next] - polygon[chain.at];
+        chain.slope = edge.y() > 1e-9 ? edge.x() / edge.y() : 0;
+        chain.x = polygon[next].x() - chain.slope * polygon[next].y();
+        chain.last_row = std::max(static_cast<int>(std::min(polygon[next].y(), static_cast<double>(last))), y);
     };
-    Chain one{start, start};
-    Chain other{start, start};
-    for (int y = first; y <= last; y += step) {
-        const double left = x_in_row(one, true, y);
-        const double right = x_in_row(other, false, y);
-        const double low = std::clamp(std::min(left, right), -1.0, width + 1.0);
-        const double high = std::clamp(std::max(left, right), -1.0, width + 1.0);
-        const int begin = std::max(static_cast<int>(std::ceil(low)), 0);
-        const int end = std::min(static_cast<int>(std::floor(high)) + 1, width);
-        if (begin < end) visit(y, begin, end);
+    Chain one{topmost}, other{topmost};
+    for (int y = (first + step - 1) / step * step; y <= last;) {
+        if (y > one.last_row) go_down_to(one, true, y);
+        if (y > other.last_row) go_down_to(other, false, y);
+        for (const int stop = std::min(one.last_row, other.last_row); y <= stop; y += step) {
+            const double a = one.x + one.slope * y;
+            const double b = other.x + other.slope * y;
+            const double low = std::min(std::max(std::min(a, b), 0.0), static_cast<double>(width));
+            const double high = std::max(std::min(std::max(a, b), width - 1.0), -1.0);
+            const int begin = static_cast<int>(std::ceil(low));
+            const int end = static_cast<int>(high + 1);
+            if (begin < end) visit(y, begin, end);
+        }
     }
 }
 

@@ -95,6 +95,20 @@ WallCover wall_cover(const View& view, std::span<const Polyline> walls, const Ei
     return cover;
 }
 
+bool in_plain_view(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double radius) {
+    Sight sight(view.position().head<2>(), place);
+    if (sight.distance < own_wall + radius) return false;
+    const double reach = radius / std::sqrt(sight.distance * sight.distance - radius * radius);
+    sight.distance += radius;
+    for (const Polyline& wall : walls) {
+        for (std::size_t i = 1; i < wall.size(); ++i) {
+            const auto part = hidden_part(sight, wall[i - 1], wall[i]);
+            if (part && part->high > -reach && part->low < reach) return false;
+        }
+    }
+    return true;
+}
+
 void take_away(const WallCover& hidden, BodyMask& mask) {
     for (const WallCover::Stretch& stretch : hidden.stretches) {
         const std::size_t before = mask.spans.size();

@@ -34,6 +34,9 @@ struct WallCover {
 /// small picture is so many times smaller than the camera's.
 WallCover wall_cover(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double radius, double height, int scale);
 
+/// Does no wall reach between the camera and any part of a circle around a place (m, map)?
+bool in_plain_view(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double radius);
+
 /// Leaves of a mask what is not hidden.
 void take_away(const WallCover& hidden, BodyMask& mask);
 
