@@ -40,14 +40,29 @@ int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, s
     return hull_in_order(points, order, hull);
 }
 
-int convex_hull_again(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull) {
+void sort_nearly_sorted(std::span<Eigen::Vector2d> points) {
     for (std::size_t i = 1; i < points.size(); ++i) {
-        const int moving = order[i];
+        const Eigen::Vector2d moving = points[i];
         std::size_t to = i;
-        for (; to > 0 && before(points[static_cast<std::size_t>(moving)], points[static_cast<std::size_t>(order[to - 1])]); --to) order[to] = order[to - 1];
-        order[to] = moving;
+        for (; to > 0 && before(moving, points[to - 1]); --to) points[to] = points[to - 1];
+        points[to] = moving;
     }
-    return hull_in_order(points, order, hull);
+}
+
+int convex_hull_of_sorted(std::span<const Eigen::Vector2d> points, std::span<Eigen::Vector2d> hull) {
+    if (points.size() < 3) {
+        std::copy(points.begin(), points.end(), hull.begin());
+        return static_cast<int>(points.size());
+    }
+    std::size_t size = 0;
+    const auto push = [&](const Eigen::Vector2d& point, std::size_t floor) {
+        while (size >= floor && turn(hull[size - 2], hull[size - 1], point) <= 0) --size;
+        hull[size++] = point;
+    };
+    for (const Eigen::Vector2d& point : points) push(point, 2);
+    const std::size_t upper = size + 1;
+    for (std::size_t i = points.size() - 1; i-- > 0;) push(points[i], upper);
+    return static_cast<int>(size) - 1;
 }
 
 std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points) {

@@ -13,8 +13,11 @@ namespace roomfix {
 /// Source: Andrew's monotone chain, 1979.
 int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull);
 
-/// The same where `order` comes from an earlier call for nearly the same points: it is sorted anew by insertion, which is fast then.
-int convex_hull_again(std::span<const Eigen::Vector2d> points, std::span<int> order, std::span<int> hull);
+/// Sorts points from left to right by insertion, which is fast where they nearly are in this order.
+void sort_nearly_sorted(std::span<Eigen::Vector2d> points);
+
+/// As convex_hull(), of points that are sorted from left to right. `hull` gets the corners themselves and must have room for points.size() + 1.
+int convex_hull_of_sorted(std::span<const Eigen::Vector2d> points, std::span<Eigen::Vector2d> hull);
 
 /// The corners of the hull themselves, in the same order.
 std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points);

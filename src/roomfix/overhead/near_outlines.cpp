@@ -1,5 +1,6 @@
 #include "roomfix/overhead/near_outlines.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "roomfix/geometry/convex_hull.hpp"
@@ -19,13 +20,11 @@ void NearOutlines::prepare(const View& view, const std::vector<ConvexPart>& part
     valid_ = false;
     corners_.clear();
     ends_.clear();
-    orders_.clear();
     const Eigen::Matrix3d camera_from_map = view.map_from_camera.pose.linear().transpose();
     camera_from_floor_ = camera_from_map.leftCols<2>();
     const double c = std::cos(pose.yaw);
     const double s = std::sin(pose.yaw);
     for (const ConvexPart& part : parts) {
-        pixels_.clear();
         for (const Eigen::Vector3d& p : part.points) {
             Corner corner;
             corner.place = p.head<2>();
@@ -39,12 +38,10 @@ void NearOutlines::prepare(const View& view, const std::vector<ConvexPart>& part
             corner.pixel = (*pixel - Eigen::Vector2d::Constant(0.5 * (scale - 1))) / scale;
             corner.by_ray = jacobian.leftCols<2>() / scale;
             corners_.push_back(corner);
-            pixels_.push_back(corner.pixel);
         }
-        order_.resize(pixels_.size() + 1);
-        hull_.resize(pixels_.size() + 1);
-        convex_hull(pixels_, order_, hull_);
-        orders_.insert(orders_.end(), order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(pixels_.size()));
+        // From left to right, so that they nearly are at poses near this one, too.
+        std::sort(corners_.end() - static_cast<std::ptrdiff_t>(part.points.size()), corners_.end(),
+                  [](const Corner& a, const Corner& b) { return a.pixel.x() < b.pixel.x(); });
         ends_.push_back(corners_.size());
     }
     valid_ = true;
@@ -57,26 +54,23 @@ bool NearOutlines::reach(const Pose2& pose) const {
 
 void NearOutlines::cover(const Pose2& pose, int width, int height, int row_step, BodyMask& mask) const {
     mask.begin(width, height, row_step);
-    const double c = std::cos(pose.yaw);
-    const double s = std::sin(pose.yaw);
+    const Eigen::Matrix<double, 3, 2> camera_from_robot = camera_from_floor_ * Eigen::Rotation2Dd(pose.yaw).toRotationMatrix();
+    const Eigen::Vector3d middle = camera_from_floor_ * Eigen::Vector2d(pose.x, pose.y);
+    std::vector<Eigen::Vector2d>& pixels = mask.pixels;
     std::size_t begin = 0;
     for (const std::size_t end : ends_) {
         const std::size_t count = end - begin;
-        mask.pixels.clear();
-        for (std::size_t i = begin; i < end; ++i) {
-            const Corner& corner = corners_[i];
-            const Eigen::Vector2d& p = corner.place;
-            const Eigen::Vector3d seen = corner.offset + camera_from_floor_ * Eigen::Vector2d(pose.x + c * p.x() - s * p.y(), pose.y + s * p.x() + c * p.y());
+        pixels.resize(2 * count + 1);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Corner& corner = corners_[begin + i];
+            const Eigen::Vector3d seen = corner.offset + middle + camera_from_robot * corner.place;
             if (!(seen.z() > least_depth)) return;
-            mask.pixels.push_back(corner.pixel + corner.by_ray * (seen.hnormalized() - corner.ray));
+            pixels[i] = corner.pixel + corner.by_ray * (seen.hnormalized() - corner.ray);
         }
-        mask.order.assign(orders_.begin() + static_cast<std::ptrdiff_t>(begin), orders_.begin() + static_cast<std::ptrdiff_t>(end));
-        mask.hull.resize(count + 1);
-        const int corners = convex_hull_again(mask.pixels, mask.order, mask.hull);
         begin = end;
-        if (corners < 3) continue;
-        for (int i = 0; i < corners; ++i) mask.pixels.push_back(mask.pixels[static_cast<std::size_t>(mask.hull[static_cast<std::size_t>(i)])]);
-        mask.add({mask.pixels.data() + count, static_cast<std::size_t>(corners)});
+        sort_nearly_sorted({pixels.data(), count});
+        const int corners = convex_hull_of_sorted({pixels.data(), count}, {pixels.data() + count, count + 1});
+        if (corners > 2) mask.add({pixels.data() + count, static_cast<std::size_t>(corners)});
     }
     mask.finish();
 }

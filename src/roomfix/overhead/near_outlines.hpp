@@ -33,10 +33,6 @@ private:
     Eigen::Matrix<double, 3, 2> camera_from_floor_;
     std::vector<Corner> corners_;
     std::vector<std::size_t> ends_;  // of each part's corners
-    std::vector<int> orders_;        // of each part's corners from left to right, at the pose that was prepared
-    // Working memory.
-    std::vector<Eigen::Vector2d> pixels_;
-    std::vector<int> order_, hull_;
 };
 
 /// A body's outlines in one camera.
