@@ -390,7 +390,8 @@ BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& bod
 
 /// Mean and spread of the poses that explain the pictures about as well, by importance sampling around the best one. `trust`: part of the
 /// score that counts. `width`: how far away it looks at first, in parts of the body's radius and of the turn after which it looks the same.
-BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width) {
+BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width,
+                                             int rounds) {
     Spread result;
     Eigen::Vector3d& mean = result.mean;
     Eigen::Matrix3d& spread = result.covariance;
@@ -403,7 +404,7 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
     constexpr int most_narrowings = 6;  // to half of the widths
     const double least = settings_.least_place_sigma * settings_.least_place_sigma;
     int narrowings = 0;
-    for (int round = 0; round < settings_.spread_rounds;) {
+    for (int round = 0; round < rounds;) {
         const Eigen::LLT<Eigen::Matrix3d> root(wider * wider * spread);
         const Eigen::Matrix3d lower = root.matrixL();
         prepare_near(cameras, body, moved(best.pose, mean));
@@ -413,7 +414,7 @@ BodySearch::Spread BodySearch::spread_around(std::span<const SeenBy> cameras, co
         // The best pose is one of the samples when it comes to how many count.
         const double top = std::exp(std::min(0.5 * root.matrixL().solve(mean).squaredNorm(), 12.0));
         double counted = top, squared = top * top;
-        const bool last = round + 1 == settings_.spread_rounds;  // the ones before only tell where its samples are to be drawn
+        const bool last = round + 1 == rounds;  // the ones before only tell where its samples are to be drawn
         for (int i = 0; i < (last ? settings_.spread_samples : settings_.spread_samples / 2); ++i) {
             const Eigen::Vector3d& unit = units_[static_cast<std::size_t>(i + round * settings_.spread_samples)];
             Eigen::Vector3d by = mean + lower * unit;
@@ -451,8 +452,8 @@ BodyPlace BodySearch::measure(std::span<const SeenBy> cameras, const Body& body,
     place.log_ratio = best.score;
     // The middle of what explains the pictures; a look's peak is too sharp for samples: its top.
     constexpr double far = 0.3, near = 0.1;
-    const Spread exact = body.placed_by_look() ? Spread() : spread_around(cameras, body, best, 1, near);
-    const Spread honest = spread_around(cameras, body, best, trust_in(best.score), far);
+    const Spread exact = body.placed_by_look() ? Spread() : spread_around(cameras, body, best, 1, near, settings_.spread_rounds - 1);
+    const Spread honest = spread_around(cameras, body, best, trust_in(best.score), far, settings_.spread_rounds);
     place.pose = moved(best.pose, exact.mean);
     place.covariance = honest.covariance + (honest.mean - exact.mean) * (honest.mean - exact.mean).transpose();
 

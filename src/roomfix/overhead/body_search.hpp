@@ -30,7 +30,7 @@ struct BodySearchSettings {
     std::size_t most_from_beside = 3;  // of the places found by the look: climbed from all sides, too
     std::size_t coarse_spots = 80;     // of the look, compared all over the floor
     int spread_samples = 64;           // drawn to measure how far the place is uncertain
-    int spread_rounds = 3;
+    int spread_rounds = 3;             // each draws them where the one before found the spread to be
     double most_information = 40;      // nats: a body that is not exactly as described tells places apart no better than that
     double odds_of_clutter = 12;       // nats: what explains a picture as well as a body does by chance
     double lasting = 0.65;             // part of the variance of a place that stays from frame to frame, beside what the calibration makes of it
@@ -114,7 +114,7 @@ private:
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
     BodyCandidate climb_from_beside(std::span<const SeenBy> cameras, const Body& body, BodyCandidate best);
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
-    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width);
+    Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width, int rounds);
     BodySearchSettings settings_;
     PlaceMemory memory_;
     std::vector<NearBody> near_;          // of each camera

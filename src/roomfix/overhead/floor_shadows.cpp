@@ -1,6 +1,7 @@
 #include "roomfix/overhead/floor_shadows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace roomfix {
@@ -18,6 +19,15 @@ bool in_sight(const SeenBy& camera, const Eigen::Vector2d& place) {
 
 float doubtful_in(const Evidence& evidence, int left, int top) {
     float sum = 0;
+    if (left + cell <= evidence.width && top + cell <= evidence.height) {
+        const float* row = evidence.perhaps.data() + static_cast<std::ptrdiff_t>(top) * evidence.width + left;
+        std::array<float, cell> columns{};
+        for (int y = 0; y < cell; ++y, row += evidence.width) {
+            for (std::size_t x = 0; x < cell; ++x) columns[x] += row[x];
+        }
+        for (const float column : columns) sum += column;
+        return sum / evidence.perhaps_part;
+    }
     for (int y = top; y < std::min(top + cell, evidence.height); ++y) {
         for (int x = left; x < std::min(left + cell, evidence.width); ++x) sum += evidence.perhaps[static_cast<std::size_t>(y * evidence.width + x)];
     }

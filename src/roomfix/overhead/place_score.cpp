@@ -9,8 +9,8 @@
 namespace roomfix {
 namespace {
 
-constexpr double rows_enough = 40;  // of a body: more say the same
-constexpr double coarse_rows_enough = 20;
+constexpr double rows_enough = 32;  // of a body: more say the same
+constexpr double coarse_rows_enough = 16;
 
 /// Independent samples, and how many of them show something else.
 struct SampleCount {
@@ -69,6 +69,23 @@ constexpr int sectors = 8;
 /// Octant of a direction.
 std::size_t sector_of(double x, double y) { return (x < 0 ? 4u : 0u) + (y < 0 ? 2u : 0u) + (std::abs(x) < std::abs(y) ? 1u : 0u); }
 
+/// Adds what lies in a part of a row to the sectors around a middle that it passes through.
+void add_run(const Evidence& evidence, const Span& part, const Eigen::Vector2d& middle, std::array<Evidence::Sums, sectors>& sums) {
+    const double down = part.y - middle.y();
+    for (int begin = part.begin; begin < part.end;) {
+        const std::size_t sector = sector_of(begin - middle.x(), down);
+        int end = part.end;
+        for (const double border : {-std::abs(down), 0.0, std::abs(down)}) {
+            const double x = std::ceil(middle.x() + border);
+            if (x > begin && x < end) end = static_cast<int>(x);
+        }
+        const Evidence::Sums run = evidence.run(part.y, begin, end);
+        sums[sector].other += run.other;
+        sums[sector].plain += run.plain;
+        begin = end;
+    }
+}
+
 /// What lies in a ring around a convex outline (px of the small picture), but for what walls hide, by its direction from the outline's middle.
 std::array<Evidence::Sums, sectors> sums_around(const Evidence& evidence, const std::vector<Eigen::Vector2d>& outline, double reach, const WallCover& hidden,
                                                 PlaceMemory& memory) {
@@ -87,13 +104,8 @@ std::array<Evidence::Sums, sectors> sums_around(const Evidence& evidence, const 
     take_away(hidden, memory.mask);
     for (const Span& span : memory.mask.spans) {
         const Span& inside = memory.rows[static_cast<std::size_t>(span.y)];
-        for (int x = span.begin; x < span.end; ++x) {
-            if (x >= inside.begin && x < inside.end) continue;
-            const auto at = static_cast<std::size_t>(span.y) * static_cast<std::size_t>(evidence.width) + static_cast<std::size_t>(x);
-            Evidence::Sums& sum = sums[sector_of(x - middle.x(), span.y - middle.y())];
-            sum.other += evidence.pixels[at].other;
-            sum.plain += evidence.pixels[at].plain;
-        }
+        add_run(evidence, {span.y, span.begin, std::clamp(inside.begin, span.begin, span.end)}, middle, sums);
+        add_run(evidence, {span.y, std::clamp(inside.end, span.begin, span.end), span.end}, middle, sums);
     }
     return sums;
 }
