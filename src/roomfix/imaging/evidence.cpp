@@ -11,6 +11,24 @@ void Evidence::count_perhaps() {
     perhaps_counts = true;
 }
 
+void Evidence::copy_pixels(const Evidence& other) {
+    width = other.width;
+    height = other.height;
+    scale = other.scale;
+    pixels = other.pixels;
+    perhaps = other.perhaps;
+    perhaps.resize(pixels.size());  // none where nobody said what may be a shadow
+    perhaps_counts = other.perhaps_counts;
+    perhaps_part = other.perhaps_part;
+    clutter = other.clutter;
+    with_colours = other.with_colours;
+    if (!with_colours) return;
+    channels = other.channels;
+    colour_range = other.colour_range;
+    colours = other.colours;
+    as_background = other.as_background;
+}
+
 void Evidence::rule_out_shadow(std::size_t pixel) {
     const float doubtful = perhaps[pixel] / perhaps_part;
     if (doubtful <= 0) return;

@@ -71,6 +71,8 @@ struct Evidence {
     void rule_out_shadow(std::size_t pixel);
     /// Fills the sums from `pixels`, of which only some rows have changed.
     void sum_up(const Rows& changed);
+    /// Takes over what another one says of its pixels, but not the sums.
+    void copy_pixels(const Evidence& other);
     /// Fills all sums.
     void sum_up() { sum_up({0, height}); }
 

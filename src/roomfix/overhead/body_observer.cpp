@@ -81,17 +81,14 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     left_.resize(cameras.size());
     moment_.assign(cameras.begin(), cameras.end());
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-        left_[c] = *cameras[c].evidence;
-        left_[c].perhaps.resize(left_[c].pixels.size());  // none where nobody said what may be a shadow
+        left_[c].copy_pixels(*cameras[c].evidence);
         moment_[c].evidence = &left_[c];
     }
     if (cameras.size() > 1) {
         rule_out_shadows(cameras, left_);
-        for (Evidence& evidence : left_) {
-            evidence.count_perhaps();
-            evidence.sum_up();
-        }
+        for (Evidence& evidence : left_) evidence.count_perhaps();
     }
+    for (Evidence& evidence : left_) evidence.sum_up();
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
 }
 
@@ -605,7 +602,7 @@ FixedList<double, most_kinds> BodyObserver::compare_kinds(std::size_t own, const
             nats.push_back(0);
             continue;
         }
-        const BodyCandidate other = search_.near(moment_, bodies_[kind], place.pose, nearby * nearby * Eigen::Matrix3d::Identity());
+        const BodyCandidate other = search_.near(moment_, bodies_[kind], place.pose, nearby * nearby * Eigen::Matrix3d::Identity(), true);
         nats.push_back(likelier_by(odds_of(kind, other), found));
     }
     return nats;

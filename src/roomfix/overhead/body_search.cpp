@@ -350,20 +350,23 @@ BodyCandidate BodySearch::climb_from_beside(std::span<const SeenBy> cameras, con
     return best;
 }
 
-BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread) {
+BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread, bool rough) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread.topLeftCorner<2, 2>());
     const Eigen::Vector2d sigma = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
     const double step = std::clamp(sigma.maxCoeff(), 0.05 * body.radius, 0.3 * body.radius);
-    BodyCandidate best{pose, score(cameras, body, pose)};
+    const bool coarse = rough && !body.placed_by_look();
+    BodyCandidate best{pose, score(cameras, body, pose, coarse)};
     // Known worse than a climb reaches: from several places.
     for (int axis = 0; axis < 2; ++axis) {
         for (double off = -2 * sigma[axis]; sigma[axis] > 0.3 * body.radius && off <= 2 * sigma[axis]; off += 0.5 * body.radius) {
             const Pose2 there = moved(pose, {off * axes.eigenvectors()(0, axis), off * axes.eigenvectors()(1, axis), 0});
-            const double here = score(cameras, body, there);
+            const double here = score(cameras, body, there, coarse);
             if (here > best.score) best = {there, here};
         }
     }
-    return climb(cameras, body, best, step);
+    best = climb(cameras, body, best, step, coarse);
+    if (coarse) best.score = score(cameras, body, best.pose);
+    return best;
 }
 
 /// Climbs by trying steps along each axis, ever smaller ones.

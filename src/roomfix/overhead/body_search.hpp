@@ -86,8 +86,8 @@ public:
     std::optional<double> agreement(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, std::size_t step = 1);
     /// Log odds that what the cameras see at a pose has the robot's colours and not those of clutter; nothing where no look is known, or hardly in view.
     std::optional<double> odds_of_look(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
-    /// What explains the pictures near a pose that is known to `spread` (m^2, rad^2; x, y, yaw).
-    BodyCandidate near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread);
+    /// What explains the pictures near a pose that is known to `spread` (m^2, rad^2; x, y, yaw). `rough`: only its score matters, not where exactly it is.
+    BodyCandidate near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread, bool rough = false);
     /// The best pose near one, in steps from `step` (m) down.
     BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
 
