@@ -59,7 +59,7 @@ TEST(NearOutlines, ReachNoFartherThanTheBodyItself) {
     NearBody near;
     near.prepare(corner_camera(), nullptr, body, {1.4, 0.6, 0}, 1);
     EXPECT_FALSE(near.parts.reach({2.4, 0.6, 0}));
-    EXPECT_FALSE(near.parts.reach({1.4, 0.6, 1.0}));
+    EXPECT_FALSE(near.parts.reach({1.4, 0.6, 2.0}));
     near.prepare(corner_camera(), nullptr, body, {-8, -3, 0}, 1);  // behind the camera
     EXPECT_FALSE(near.parts.reach({-8, -3, 0}));
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "roomfix/base/random.hpp"
 
@@ -84,6 +85,32 @@ TEST(WallCover, AWallBehindTheRobotOrAtTheCameraHidesNothing) {
     EXPECT_TRUE(wall_cover(view, std::vector<Polyline>{{{-2.2, -3}, {-2.2, 3}}, {{3, -3}, {3, 3}}}, {1.5, 0.5}, 0.4, 0.7, 1).none());
     EXPECT_TRUE(wall_cover(view, std::vector<Polyline>{{{-1.9, -3}, {-1.9, 3}}}, {1.5, 0.5}, 0.4, 0.7, 1).none());  // on which it hangs
     EXPECT_TRUE(wall_cover(view, std::vector<Polyline>{{{0, -3}, {0, 3}}}, {1.5, 0.5}, 0.4, 0.7, 1).whole);
+}
+
+TEST(WallCover, WhatIsInPlainViewIsNowhereHidden) {
+    const View view = askew_camera();
+    Random random(9);
+    int plain = 0, hidden_somewhere = 0;
+    for (int i = 0; i < 400; ++i) {
+        const auto anywhere = [&] { return Eigen::Vector2d(-1 + 5 * random.uniform(), -2 + 5 * random.uniform()); };
+        const std::vector<Polyline> walls = {{anywhere(), anywhere()}};
+        const Eigen::Vector2d place = anywhere();
+        const double radius = 0.3, reach = 0.4;
+        bool clear = true;
+        for (int turn = 0; turn < 16; ++turn) {
+            const double angle = 2 * std::numbers::pi * turn / 16;
+            const Eigen::Vector2d beside = place + reach * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+            clear &= wall_cover(view, walls, beside, radius, 1, 1).none();
+        }
+        if (in_plain_view(view, walls, place, radius + reach)) {
+            ++plain;
+            EXPECT_TRUE(clear) << place.transpose();
+        }
+        hidden_somewhere += !clear;
+    }
+    EXPECT_GT(plain, 100);
+    EXPECT_GT(hidden_somewhere, 50);
+    EXPECT_LT(400 - plain - hidden_somewhere, 120);  // it may say no where nothing is hidden, but not often
 }
 
 }  // namespace

@@ -11,7 +11,9 @@
 namespace roomfix {
 namespace {
 
-constexpr int turns_of_look = 16;  // in which it is compared all over the floor
+constexpr int most_halvings = 5;    // of a climb's first step: a look's peaks are narrow
+constexpr int coarse_halvings = 3;  // of a climb by coarse scores
+constexpr int turns_of_look = 16;   // in which it is compared all over the floor
 
 /// Halton's sequence, van der Corput's with a prime base.
 double halton(int index, int base) {
@@ -150,7 +152,8 @@ std::optional<double> BodySearch::odds_of_look(std::span<const SeenBy> cameras, 
 
 std::vector<BodyCandidate> BodySearch::candidates(std::span<const SeenBy> cameras, const Body& body) {
     search_floor(cameras, body);
-    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.3 * body.radius, true);
+    const double step = 0.3 * body.radius;
+    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, step, coarse_halvings, true);
     if (body.placed_by_look()) compare_looks(cameras, body);
     std::erase_if(candidates_, [](const BodyCandidate& c) { return c.score <= 1; });
     std::sort(candidates_.begin(), candidates_.end(), better);
@@ -158,6 +161,10 @@ std::vector<BodyCandidate> BodySearch::candidates(std::span<const SeenBy> camera
         const double turn = body.round() ? 0 : std::abs(std::remainder(a.pose.yaw - b.pose.yaw, body.symmetry));
         return std::hypot(a.pose.x - b.pose.x, a.pose.y - b.pose.y) < 0.5 * body.radius && turn < 0.5;
     });
+    if (body.placed_by_look()) return candidates_;
+    for (BodyCandidate& candidate : candidates_) candidate = finish_climb(cameras, body, candidate, step);
+    std::erase_if(candidates_, [](const BodyCandidate& c) { return c.score <= 1; });
+    std::sort(candidates_.begin(), candidates_.end(), better);
     return candidates_;
 }
 
@@ -166,7 +173,7 @@ void BodySearch::score_again(std::span<const SeenBy> cameras, const Body& body, 
         const double now = score(cameras, body, candidate.pose);
         const bool less = now < candidate.score - 1;
         candidate.score = now;
-        if (less && now > 0.5 * settings_.odds_of_clutter) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
+        if (less && now > 0.5 * settings_.odds_of_clutter) candidate = climb(cameras, body, candidate, 0.2 * body.radius, most_halvings);
     }
     std::erase_if(candidates, [](const BodyCandidate& c) { return c.score <= 1; });
     std::sort(candidates.begin(), candidates.end(), better);
@@ -328,7 +335,7 @@ void BodySearch::compare_looks(std::span<const SeenBy> cameras, const Body& body
     }
     std::sort(candidates_.begin(), candidates_.end(), better);
     candidates_.resize(std::min(candidates_.size(), static_cast<std::size_t>(settings_.most_by_look)));
-    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
+    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius, most_halvings);
     std::sort(candidates_.begin(), candidates_.end(), better);
     for (std::size_t i = 0; i < std::min(candidates_.size(), settings_.most_from_beside); ++i)
         candidates_[i] = climb_from_beside(cameras, body, candidates_[i]);
@@ -342,7 +349,7 @@ BodyCandidate BodySearch::climb_from_beside(std::span<const SeenBy> cameras, con
         const BodyCandidate from = best;
         for (const Eigen::Vector3d& by : steps_around(off, turn)) {
             const Pose2 beside = moved(from.pose, by);
-            const BodyCandidate there = climb(cameras, body, {beside, score(cameras, body, beside), from.prior}, step);
+            const BodyCandidate there = climb(cameras, body, {beside, score(cameras, body, beside), from.prior}, step, most_halvings);
             if (there.score > best.score) best = there;
         }
         if (best.score < from.score + 1) break;
@@ -364,16 +371,20 @@ BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body
             if (here > best.score) best = {there, here};
         }
     }
-    best = climb(cameras, body, best, step, coarse);
-    if (coarse) best.score = score(cameras, body, best.pose);
-    return best;
+    if (!coarse) return climb(cameras, body, best, step, body.placed_by_look() ? most_halvings : most_halvings - 1);
+    return finish_climb(cameras, body, climb(cameras, body, best, step, coarse_halvings, true), step);
+}
+
+/// The last steps after a climb by coarse scores that began with `step`.
+BodyCandidate BodySearch::finish_climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate climbed, double step) {
+    climbed.score = score(cameras, body, climbed.pose);
+    return climb(cameras, body, climbed, std::ldexp(step, -coarse_halvings - 1), 1);
 }
 
 /// Climbs by trying steps along each axis, ever smaller ones.
-BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse) {
-    const double smallest = step / (coarse ? 8 : body.placed_by_look() ? 32 : 16);  // a look has a narrow peak
+BodyCandidate BodySearch::climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, int halvings, bool coarse) {
     prepare_near(cameras, body, start.pose);
-    for (; step >= smallest; step /= 2) {
+    for (; halvings >= 0; --halvings, step /= 2) {
         const double turn = body.round() ? 0 : step / body.radius;
         for (int round = 0; round < 6; ++round) {
             bool improved = false;

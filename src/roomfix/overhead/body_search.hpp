@@ -88,8 +88,8 @@ public:
     std::optional<double> odds_of_look(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
     /// What explains the pictures near a pose that is known to `spread` (m^2, rad^2; x, y, yaw). `rough`: only its score matters, not where exactly it is.
     BodyCandidate near(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const Eigen::Matrix3d& spread, bool rough = false);
-    /// The best pose near one, in steps from `step` (m) down.
-    BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, bool coarse = false);
+    /// The best pose near one, in steps of `step` (m), which is halved so many times.
+    BodyCandidate climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate start, double step, int halvings = 5, bool coarse = false);
 
     /// Part of a score that counts: all samples of a body share the errors of its description, so that however many they are, they tell only so much.
     double trust_in(double score) const;
@@ -112,12 +112,13 @@ private:
     bool worth_a_look(std::span<const SeenBy> cameras, const Body& body, std::span<const FloorGrid::Box> boxes) const;
     const FloorGrid& grid_of(std::span<const SeenBy> cameras, const Body& body);
     void compare_looks(std::span<const SeenBy> cameras, const Body& body);
+    BodyCandidate finish_climb(std::span<const SeenBy> cameras, const Body& body, BodyCandidate climbed, double step);
     BodyCandidate climb_from_beside(std::span<const SeenBy> cameras, const Body& body, BodyCandidate best);
     static void add_rivals(std::vector<BodyPlace>& places, const Body& body);
     Spread spread_around(std::span<const SeenBy> cameras, const Body& body, const BodyCandidate& best, double trust, double width, int rounds);
     BodySearchSettings settings_;
     PlaceMemory memory_;
-    std::vector<NearBody> near_;          // of each camera
+    std::vector<NearBody> near_;  // of each camera
     std::vector<FloorGrid> grids_;
     std::vector<Eigen::Vector3d> units_;  // normal numbers, evenly spread, for samples of poses
     std::vector<BodyCandidate> candidates_;

@@ -76,10 +76,10 @@ void for_polygon_rows(std::span<const Eigen::Vector2d> polygon, int width, int h
     const int last = static_cast<int>(std::floor(std::min(bottom, height - 1.0)));
     // Two chains of edges run down from the topmost corner; each row lies between one edge of either chain.
     struct Chain {
-        std::size_t at;      // corner at which the edge begins
-        double x = 0;        // px, in row 0
-        double slope = 0;    // px to the right per row
-        int last_row = -1;   // of the edge
+        std::size_t at;     // corner at which the edge begins
+        double x = 0;       // px, in row 0
+        double slope = 0;   // px to the right per row
+        int last_row = -1;  // of the edge
     };
     const auto go_down_to = [&](Chain& chain, bool forward, int y) {
         const auto after = [&](std::size_t at) { return forward ? (at + 1 == count ? 0 : at + 1) : (at == 0 ? count : at) - 1; };
