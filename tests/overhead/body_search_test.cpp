@@ -117,7 +117,7 @@ Evidence evidence_of_pale(const View& view, const Body& body, const Pose2& pose)
     Evidence evidence = evidence_of(view, {{body, pose}});
     BodyMask mask;
     cover(view, body.parts, pose, 640, 480, 1, 1, mask);
-    for (int y = 0; y < mask.bottom - (mask.bottom - mask.top) / 10; ++y) {
+    for (int y = 0; y < mask.bottom - (mask.bottom - mask.top) / 9; ++y) {
         for (int x = 0; x < 640; ++x) evidence.pixels[static_cast<std::size_t>(y * 640 + x)] = {0, 1};
     }
     evidence.sum_up();

@@ -112,13 +112,19 @@ Body body_of(const SiteRobot& robot) {
     Body body;
     body.size_sigma = robot.size_sigma;
     body.parts = robot.parts.empty() ? std::vector{part_of(robot.shape)} : robot.parts;
+    double lowest = 1e9;
     for (const ConvexPart& part : body.parts) {
         body.core.push_back(core_of(part));
+        double foot = 1e9, top = 0;
         for (const Eigen::Vector3d& p : part.points) {
-            body.height = std::max(body.height, p.z());
+            foot = std::min(foot, p.z());
+            top = std::max(top, p.z());
             body.radius = std::max(body.radius, p.head<2>().norm());
         }
+        body.height = std::max(body.height, top);
+        lowest = std::min(lowest, top - foot);
     }
+    if (body.height > 0) body.least_part = lowest / body.height;
     body.inner_radius = inner_radius_of(body.parts);
     body.has_edges = robot.parts.size() > 1 && !robot.learned && robot.size_sigma < soft_size;
     if (body.has_edges) body.share_of_box = share_of_box(body);  // others are found by so much that only plain ones are worth a look

@@ -21,6 +21,7 @@ struct Body {
     std::vector<ConvexPart> parts;               // m, robot frame
     std::vector<ConvexPart> core;                // the same, smaller: what is body even if the parts are rough
     double height = 0;                           // m
+    double least_part = 1;                       // part of it that the lowest of the parts is high
     double radius = 0;                           // m, of the smallest circle around the origin that holds it on the floor
     double inner_radius = 0;                     // m, of the largest circle around the origin that its footprint holds
     double share_of_box = 1;                     // least part that it covers of the box around it in any picture

@@ -9,7 +9,7 @@
 namespace roomfix {
 namespace {
 
-constexpr double rows_enough = 32;  // of a body: more say the same
+constexpr double rows_enough = 32;  // of the lowest of a body's parts: more say the same
 constexpr double coarse_rows_enough = 16;
 
 /// Independent samples, and how many of them show something else.
@@ -145,7 +145,7 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
         if (!top || !foot) return score;
         rows = std::abs(foot->y() - top->y()) / evidence.scale;
     }
-    const int step = std::max(1, static_cast<int>(rows / (coarse ? coarse_rows_enough : rows_enough)));
+    const int step = std::max(1, static_cast<int>(rows * body.least_part / (coarse ? coarse_rows_enough : rows_enough)));
     const auto cover_with = [&](const std::vector<ConvexPart>& parts, const NearOutlines* outlines) {
         if (outlines) {
             outlines->cover(pose, evidence.width, evidence.height, step, mask);
