@@ -16,10 +16,16 @@ struct Arguments {
     SessionOptions session;
     double readout = 0;  // s
     std::optional<double> speed;
+    HallSettings hall;
 };
 
 int simulate(const Arguments& arguments) {
-    auto scenario = make_scenario(arguments.scenario, arguments.session.seed);
+    const HallSettings usual;
+    if (arguments.scenario != "hall" && (arguments.hall.robots != usual.robots || arguments.hall.cameras != usual.cameras)) {
+        complain(fmt::format("--robots and --cameras are of the scenario hall: leave them out for {}", arguments.scenario));
+        return bad_input;
+    }
+    auto scenario = make_scenario(arguments.scenario, arguments.session.seed, arguments.hall);
     if (!scenario) {
         complain(scenario.error().message);
         return bad_input;
@@ -43,9 +49,11 @@ void add_simulate(Command& program) {
     command.option("SCENARIO", arguments->scenario, fmt::format("one of {}", fmt::join(scenario_names(), ", "))).required();
     command.option("-o,--output", arguments->folder, "session folder to write").required();
     command.option("--duration", arguments->session.duration, "seconds (default: the scenario's)").range(0.05, 36000.0);
-    command.option("--seed", arguments->session.seed, "noise, clicks, sizes").show_default();
+    command.option("--seed", arguments->session.seed, "noise, clicks, sizes; of the hall all that is in it").show_default();
     command.option("--readout", arguments->readout, "seconds from the first row's exposure to the last row's: a rolling shutter").range(0.0, 0.2);
     command.option("--speed", arguments->speed, "of all robots, m/s (default: the scenario's)").range(0.0, 5.0);
+    command.option("--robots", arguments->hall.robots, "of the scenario hall").range(1, 60).show_default();
+    command.option("--cameras", arguments->hall.cameras, "of the scenario hall").range(1, 32).show_default();
     command.flag("--png", arguments->session.png, "lossless frames instead of JPEG");
     command.footer("Example: roomfix simulate li2014 -o /tmp/li2014 --duration 10");
     command.on_run([=] { return simulate(*arguments); });

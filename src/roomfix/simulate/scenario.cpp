@@ -11,10 +11,10 @@
 namespace roomfix {
 
 std::vector<std::string> scenario_names() {
-    return {"li2014", "kim2011", "kim2011-spin", "kim2011-drive", "kim2011-fast", "chou1986", "chou1986-cluttered", "demo"};
+    return {"li2014", "kim2011", "kim2011-spin", "kim2011-drive", "kim2011-fast", "chou1986", "chou1986-cluttered", "demo", "hall"};
 }
 
-Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
+Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed, const HallSettings& hall) {
     if (name == "li2014") return li2014_scenario(seed);
     if (name == "kim2011") return kim2011_scenario(seed);
     if (name == "kim2011-spin") return kim2011_spin_scenario(seed, radians(0.5));
@@ -23,6 +23,7 @@ Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed) {
     if (name == "chou1986") return chou1986_scenario(seed);
     if (name == "chou1986-cluttered") return chou1986_scenario(seed, true);
     if (name == "demo") return demo_scenario(seed);
+    if (name == "hall") return hall_scenario(seed, hall);
     return Error{fmt::format("there is no scenario '{}': choose one of {}", name, fmt::join(scenario_names(), ", "))};
 }
 

@@ -42,6 +42,7 @@ struct ScenarioRobot {
     double pause_from = 0;              // s: it stands still ...
     double pause_to = 0;                // ... until then
     WheelModel wheels;                  // of a robot with odometry
+    std::vector<Solid> solids;          // robot frame: what it really looks like; empty: as robot_solids() has it
 };
 
 /// A camera that rides on a robot and looks up.
@@ -87,7 +88,12 @@ void drive_at(Scenario& scenario, double speed);
 
 /// Names of all scenarios.
 std::vector<std::string> scenario_names();
-Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed);
+struct HallSettings {
+    int robots = 6;
+    int cameras = 2;
+};
+/// `hall`: of the scenario of this name.
+Result<Scenario> make_scenario(const std::string& name, std::uint64_t seed, const HallSettings& hall = {});
 
 /// Li 2014: three aisles of 138, 150 and 152 cm, webcams at (279,570), (755,465) and (650,1030) cm, a robot of 54 x 54 cm.
 Scenario li2014_scenario(std::uint64_t seed);
@@ -95,6 +101,10 @@ constexpr double li2014_tile = 0.30;  // m, of its floor; joints run through the
 /// The same building with two robots of different size that drive through all three aisles, and a room beside it with a third robot whose
 /// camera sees the room's corners.
 Scenario demo_scenario(std::uint64_t seed);
+
+/// A hall with a person and robots of three kinds, of every six three alike and two alike, none of them the solid that its description says. Sizes, looks,
+/// ways, cameras, lamps and floor are drawn anew for each seed; 8 m^2 for each robot. On their ways, up to 60 s, nobody runs into another.
+Scenario hall_scenario(std::uint64_t seed, const HallSettings& settings = {});
 
 /// Kim 2011: a room under a ceiling of 3 m with a landmark at (1, 1.25) and beacons, a robot whose camera (352 x 288, half-angle 30 deg)
 /// looks straight up; it drives through the six reference positions. `tilt` (rad) turns the true mount away from the one in the site.

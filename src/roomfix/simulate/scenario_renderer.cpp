@@ -44,8 +44,12 @@ std::vector<Solid> ScenarioRenderer::solids_at(double time) const {
     for (const auto* group : {&scenario_.robots, &scenario_.others}) {
         for (const ScenarioRobot& robot : *group) {
             if (time >= robot.until) continue;
-            const auto parts = robot_solids(robot.robot.shape, robot.look, robot_pose(robot, time));
-            solids.insert(solids.end(), parts.begin(), parts.end());
+            const Pose2 pose = robot_pose(robot, time);
+            if (robot.solids.empty()) {
+                const auto parts = robot_solids(robot.robot.shape, robot.look, pose);
+                solids.insert(solids.end(), parts.begin(), parts.end());
+            }
+            for (const Solid& solid : robot.solids) solids.push_back(placed(solid, pose));
         }
     }
     return solids;

@@ -38,6 +38,14 @@ std::vector<Solid> robot_solids(const Shape& shape, const RobotLook& look, const
     return solids;
 }
 
+Solid placed(const Solid& solid, const Pose2& pose) {
+    Solid moved = solid;
+    const Eigen::Rotation2Df turn(static_cast<float>(pose.yaw));
+    moved.centre.head<2>() = turn * solid.centre.head<2>() + Eigen::Vector2f(static_cast<float>(pose.x), static_cast<float>(pose.y));
+    moved.axis = turn * solid.axis;
+    return moved;
+}
+
 std::vector<WallPanel> panels_along(const std::vector<Polyline>& polylines, float height) {
     std::vector<WallPanel> panels;
     for (const auto& line : polylines) {

@@ -70,6 +70,9 @@ struct RobotLook {
 };
 std::vector<Solid> robot_solids(const Shape& shape, const RobotLook& look, const Pose2& pose);
 
+/// A solid that is given in the frame of a robot at `pose`.
+Solid placed(const Solid& solid, const Pose2& pose);
+
 /// Wall panels along polylines of the map.
 std::vector<WallPanel> panels_along(const std::vector<Polyline>& polylines, float height);
 
