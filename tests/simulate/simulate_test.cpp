@@ -56,6 +56,41 @@ TEST(Scenario, RobotsDriveWithoutJumps) {
     }
 }
 
+TEST(Scenario, InAHallNobodyRunsIntoAnother) {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        const Scenario hall = hall_scenario(seed);
+        std::vector<const ScenarioRobot*> all;
+        for (const ScenarioRobot& robot : hall.robots) all.push_back(&robot);
+        for (const ScenarioRobot& other : hall.others) all.push_back(&other);
+        ASSERT_EQ(all.size(), 7U);
+        for (double time = 0; time < hall.duration; time += 0.1) {
+            for (std::size_t a = 0; a < all.size(); ++a) {
+                const Pose2 p = robot_pose(*all[a], time);
+                EXPECT_TRUE(p.x > 0.2 && p.y > 0.2 && p.x < 7.8 && p.y < 5.8) << "in the hall";
+                for (std::size_t b = a + 1; b < all.size(); ++b) {
+                    const Pose2 q = robot_pose(*all[b], time);
+                    EXPECT_GT(std::hypot(p.x - q.x, p.y - q.y), 0.4) << all[a]->robot.id << " and " << all[b]->robot.id << " at " << time << " s";
+                }
+            }
+        }
+    }
+}
+
+TEST(Scenario, AHallIsDrawnAnewForEachSeedAndAsLargeAsAsked) {
+    const Scenario one = hall_scenario(1), again = hall_scenario(1), other = hall_scenario(2);
+    const auto first = [](const Scenario& hall) { return robot_pose(hall.robots[0], 3); };
+    EXPECT_EQ(first(one).x, first(again).x);
+    EXPECT_NE(first(one).x, first(other).x);
+    EXPECT_NE(half_size(one.robots[0].robot.shape).x(), half_size(other.robots[0].robot.shape).x());
+    const Scenario large = hall_scenario(1, {13, 4});
+    EXPECT_EQ(large.robots.size(), 13U);
+    EXPECT_EQ(large.site.robots.size(), 13U);
+    EXPECT_EQ(large.cameras.size(), 4U);
+    for (const SiteCamera& camera : large.site.cameras) EXPECT_GE(std::get<KnownFloorPoints>(camera.placement).points.size(), 4U) << camera.id;
+    EXPECT_FALSE(large.site.robots[0].odometry) << "the site file says no more of the wheels than that the robot drives";
+    EXPECT_TRUE(large.robots[0].robot.odometry);
+}
+
 TEST(WriteSession, WritesAllPartsAndNeverOverASession) {
     const auto folder = std::filesystem::temp_directory_path() / "roomfix_write_session_test";
     std::filesystem::remove_all(folder);
