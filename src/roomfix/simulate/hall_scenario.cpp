@@ -8,8 +8,8 @@
 namespace roomfix {
 namespace {
 
-constexpr double tile = 0.60;           // m, of the floor
-constexpr double clicking_noise = 0.5;  // px
+constexpr double floor_tile = 0.60;           // m, of the floor
+constexpr double click_sigma = 0.5;  // px
 constexpr double floor_per_robot = 8;   // m^2
 constexpr double longest = 60;          // s: so long nobody runs into another
 
@@ -172,7 +172,7 @@ Scene empty_hall(const Eigen::Vector2d& size, const std::vector<Polyline>& walls
     Scene scene;
     scene.seed = seed;
     scene.walls = panels_along(walls, 3.2f);
-    scene.floor.tile = static_cast<float>(tile);
+    scene.floor.tile = static_cast<float>(floor_tile);
     scene.floor.albedo = static_cast<float>(random.uniform(0.3, 0.6));
     scene.floor.variation = static_cast<float>(random.uniform(0.02, 0.08));
     scene.floor.reflection = static_cast<float>(random.uniform(0.0, 0.08));
@@ -200,7 +200,7 @@ Scenario hall_scenario(std::uint64_t seed, const HallSettings& settings) {
         described.source = "frames/" + camera.id;
         described.background = "background/" + camera.id;
         described.model = camera.truth.model;
-        described.placement = KnownFloorPoints{clicked_floor_points(camera, tile, clicking_noise, 20, random), clicking_noise};
+        described.placement = KnownFloorPoints{clicked_floor_points(camera, floor_tile, click_sigma, 20, random), click_sigma};
         scenario.site.cameras.push_back(described);
     }
     const std::vector<Kind> kinds = {rover(random), column(random), cart(random)};
