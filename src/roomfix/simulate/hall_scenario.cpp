@@ -8,10 +8,10 @@
 namespace roomfix {
 namespace {
 
-constexpr double floor_tile = 0.60;           // m, of the floor
-constexpr double click_sigma = 0.5;  // px
-constexpr double floor_per_robot = 8;   // m^2
-constexpr double longest = 60;          // s: so long nobody runs into another
+constexpr double floor_tile = 0.60;    // m, of the floor
+constexpr double click_sigma = 0.5;    // px
+constexpr double floor_per_robot = 8;  // m^2
+constexpr double longest = 60;         // s: so long nobody runs into another
 
 Eigen::Vector2d hall_size(int robots) {
     const double area = floor_per_robot * std::max(robots, 3);
