@@ -12,7 +12,7 @@ namespace roomfix {
 namespace {
 
 constexpr int most_halvings = 5;    // of a climb's first step: a look's peaks are narrow
-constexpr int coarse_halvings = 3;  // of a climb by coarse scores
+constexpr int coarse_halvings = 4;  // of a climb by coarse scores
 constexpr int turns_of_look = 16;   // in which it is compared all over the floor
 
 /// Halton's sequence, van der Corput's with a prime base.
@@ -371,7 +371,7 @@ BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body
             if (here > best.score) best = {there, here};
         }
     }
-    if (!coarse) return climb(cameras, body, best, step, body.placed_by_look() ? most_halvings : most_halvings - 1);
+    if (!coarse) return climb(cameras, body, best, step, most_halvings);
     return finish_climb(cameras, body, climb(cameras, body, best, step, coarse_halvings, true), step);
 }
 
