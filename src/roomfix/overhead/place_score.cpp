@@ -10,7 +10,7 @@ namespace roomfix {
 namespace {
 
 constexpr double rows_enough = 32;  // of the lowest of a body's parts: more say the same
-constexpr double coarse_rows_enough = 16;
+constexpr double coarse_rows_enough = 20;
 
 /// Independent samples, and how many of them show something else.
 struct SampleCount {
