@@ -11,23 +11,22 @@ double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vec
 
 bool before(const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y(); }
 
-/// Of points in this order.
-int hull_in_order(std::span<const Eigen::Vector2d> points, std::span<const int> order, std::span<int> hull) {
-    const int count = static_cast<int>(points.size());
-    if (count < 3) {
-        std::copy_n(order.begin(), count, hull.begin());
-        return count;
+/// The hull of items from left to right; `point_of` gives the place of one.
+template <class Item, class PointOf>
+int hull_in_order(std::span<const Item> items, std::span<Item> hull, const PointOf& point_of) {
+    if (items.size() < 3) {
+        std::copy(items.begin(), items.end(), hull.begin());
+        return static_cast<int>(items.size());
     }
-    int size = 0;
-    const auto at = [&](int i) -> const Eigen::Vector2d& { return points[static_cast<std::size_t>(hull[static_cast<std::size_t>(i)])]; };
-    const auto push = [&](int index, int floor) {
-        while (size >= floor && turn(at(size - 2), at(size - 1), points[static_cast<std::size_t>(index)]) <= 0) --size;
-        hull[static_cast<std::size_t>(size++)] = index;
+    std::size_t size = 0;
+    const auto push = [&](const Item& item, std::size_t floor) {
+        while (size >= floor && turn(point_of(hull[size - 2]), point_of(hull[size - 1]), point_of(item)) <= 0) --size;
+        hull[size++] = item;
     };
-    for (int i = 0; i < count; ++i) push(order[static_cast<std::size_t>(i)], 2);
-    const int upper = size + 1;
-    for (int i = count - 2; i >= 0; --i) push(order[static_cast<std::size_t>(i)], upper);
-    return size - 1;
+    for (const Item& item : items) push(item, 2);
+    const std::size_t upper = size + 1;
+    for (std::size_t i = items.size() - 1; i-- > 0;) push(items[i], upper);
+    return static_cast<int>(size) - 1;
 }
 
 }  // namespace
@@ -37,7 +36,8 @@ int convex_hull(std::span<const Eigen::Vector2d> points, std::span<int> order, s
     for (int i = 0; i < count; ++i) order[static_cast<std::size_t>(i)] = i;
     std::sort(order.begin(), order.begin() + count,
               [&](int a, int b) { return before(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)]); });
-    return hull_in_order(points, order, hull);
+    return hull_in_order(std::span<const int>(order.data(), points.size()), hull,
+                         [&](int index) -> const Eigen::Vector2d& { return points[static_cast<std::size_t>(index)]; });
 }
 
 void sort_nearly_sorted(std::span<Eigen::Vector2d> points) {
@@ -50,19 +50,7 @@ void sort_nearly_sorted(std::span<Eigen::Vector2d> points) {
 }
 
 int convex_hull_of_sorted(std::span<const Eigen::Vector2d> points, std::span<Eigen::Vector2d> hull) {
-    if (points.size() < 3) {
-        std::copy(points.begin(), points.end(), hull.begin());
-        return static_cast<int>(points.size());
-    }
-    std::size_t size = 0;
-    const auto push = [&](const Eigen::Vector2d& point, std::size_t floor) {
-        while (size >= floor && turn(hull[size - 2], hull[size - 1], point) <= 0) --size;
-        hull[size++] = point;
-    };
-    for (const Eigen::Vector2d& point : points) push(point, 2);
-    const std::size_t upper = size + 1;
-    for (std::size_t i = points.size() - 1; i-- > 0;) push(points[i], upper);
-    return static_cast<int>(size) - 1;
+    return hull_in_order(points, hull, [](const Eigen::Vector2d& point) -> const Eigen::Vector2d& { return point; });
 }
 
 std::vector<Eigen::Vector2d> hull_of(const std::vector<Eigen::Vector2d>& points) {

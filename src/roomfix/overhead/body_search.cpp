@@ -11,7 +11,6 @@
 namespace roomfix {
 namespace {
 
-constexpr int most_halvings = 5;    // of a climb's first step: a look's peaks are narrow
 constexpr int coarse_halvings = 4;  // of a climb by coarse scores
 constexpr int turns_of_look = 16;   // in which it is compared all over the floor
 
@@ -173,7 +172,7 @@ void BodySearch::score_again(std::span<const SeenBy> cameras, const Body& body, 
         const double now = score(cameras, body, candidate.pose);
         const bool less = now < candidate.score - 1;
         candidate.score = now;
-        if (less && now > 0.5 * settings_.odds_of_clutter) candidate = climb(cameras, body, candidate, 0.2 * body.radius, most_halvings);
+        if (less && now > 0.5 * settings_.odds_of_clutter) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
     }
     std::erase_if(candidates, [](const BodyCandidate& c) { return c.score <= 1; });
     std::sort(candidates.begin(), candidates.end(), better);
@@ -335,7 +334,7 @@ void BodySearch::compare_looks(std::span<const SeenBy> cameras, const Body& body
     }
     std::sort(candidates_.begin(), candidates_.end(), better);
     candidates_.resize(std::min(candidates_.size(), static_cast<std::size_t>(settings_.most_by_look)));
-    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius, most_halvings);
+    for (BodyCandidate& candidate : candidates_) candidate = climb(cameras, body, candidate, 0.2 * body.radius);
     std::sort(candidates_.begin(), candidates_.end(), better);
     for (std::size_t i = 0; i < std::min(candidates_.size(), settings_.most_from_beside); ++i)
         candidates_[i] = climb_from_beside(cameras, body, candidates_[i]);
@@ -349,7 +348,7 @@ BodyCandidate BodySearch::climb_from_beside(std::span<const SeenBy> cameras, con
         const BodyCandidate from = best;
         for (const Eigen::Vector3d& by : steps_around(off, turn)) {
             const Pose2 beside = moved(from.pose, by);
-            const BodyCandidate there = climb(cameras, body, {beside, score(cameras, body, beside), from.prior}, step, most_halvings);
+            const BodyCandidate there = climb(cameras, body, {beside, score(cameras, body, beside), from.prior}, step);
             if (there.score > best.score) best = there;
         }
         if (best.score < from.score + 1) break;
@@ -371,7 +370,7 @@ BodyCandidate BodySearch::near(std::span<const SeenBy> cameras, const Body& body
             if (here > best.score) best = {there, here};
         }
     }
-    if (!coarse) return climb(cameras, body, best, step, most_halvings);
+    if (!coarse) return climb(cameras, body, best, step);
     return finish_climb(cameras, body, climb(cameras, body, best, step, coarse_halvings, true), step);
 }
 

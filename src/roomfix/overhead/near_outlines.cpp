@@ -75,12 +75,16 @@ void NearOutlines::cover(const Pose2& pose, int width, int height, int row_step,
     mask.finish();
 }
 
+std::optional<double> upright_rows(const View& view, const Body& body, const Pose2& pose, int scale) {
+    const auto top = project_map_point(view, {pose.x, pose.y, body.height});
+    const auto foot = project_map_point(view, {pose.x, pose.y, 0});
+    return top && foot ? std::optional(std::abs(foot->y() - top->y()) / scale) : std::nullopt;
+}
+
 void NearBody::prepare(const View& view, const std::vector<Polyline>* walls, const Body& body, const Pose2& pose, int scale) {
     core.prepare(view, body.core, pose, scale, body.radius);
     parts.prepare(view, body.parts, pose, scale, body.radius);
-    const auto top = project_map_point(view, {pose.x, pose.y, body.height});
-    const auto foot = project_map_point(view, {pose.x, pose.y, 0});
-    rows = top && foot ? std::abs(foot->y() - top->y()) / scale : 0;
+    rows = upright_rows(view, body, pose, scale).value_or(0);
     unhidden = !walls || in_plain_view(view, *walls, {pose.x, pose.y}, (1 + most_move) * body.radius);
 }
 

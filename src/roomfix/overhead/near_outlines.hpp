@@ -35,6 +35,9 @@ private:
     std::vector<std::size_t> ends_;  // of each part's corners
 };
 
+/// Rows of the small picture from a body's foot to its top; nothing where one of them has no pixel.
+std::optional<double> upright_rows(const View& view, const Body& body, const Pose2& pose, int scale);
+
 /// A body's outlines in one camera.
 struct NearBody {
     NearOutlines core;

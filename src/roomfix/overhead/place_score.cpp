@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "roomfix/base/beta_distribution.hpp"
 
@@ -138,14 +139,9 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     const WallCover hidden = nearby && near->unhidden ? WallCover() : hidden_from(camera, body, {pose.x, pose.y});
     if (hidden.whole) return score;
     BodyMask& mask = memory.mask;
-    double rows = nearby ? near->rows : 0;
-    if (!nearby) {
-        const auto top = project_map_point(view, {pose.x, pose.y, body.height});
-        const auto foot = project_map_point(view, {pose.x, pose.y, 0});
-        if (!top || !foot) return score;
-        rows = std::abs(foot->y() - top->y()) / evidence.scale;
-    }
-    const int step = std::max(1, static_cast<int>(rows * body.least_part / (coarse ? coarse_rows_enough : rows_enough)));
+    const std::optional<double> rows = nearby ? near->rows : upright_rows(view, body, pose, evidence.scale);
+    if (!rows) return score;
+    const int step = std::max(1, static_cast<int>(*rows * body.least_part / (coarse ? coarse_rows_enough : rows_enough)));
     const auto cover_with = [&](const std::vector<ConvexPart>& parts, const NearOutlines* outlines) {
         if (outlines) {
             outlines->cover(pose, evidence.width, evidence.height, step, mask);

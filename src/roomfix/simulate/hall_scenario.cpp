@@ -39,37 +39,37 @@ struct Kind {
     std::vector<Solid> solids;
 };
 
+float any_albedo(Random& random) { return static_cast<float>(random.uniform(0.06, 0.75)); }
+
 /// A low base with a load and a thin mast, described by the box around it.
 Kind rover(Random& random) {
     const double length = random.uniform(0.36, 0.50), width = random.uniform(0.28, 0.36), height = random.uniform(0.25, 0.45);
-    const auto albedo = [&] { return static_cast<float>(random.uniform(0.06, 0.75)); };
     Kind kind{{"", Box{length, width, height}}, {}};
     kind.described.drive = Drive::differential;
     const double base = random.uniform(0.35, 0.5) * height, load = random.uniform(0.2, 0.35) * height;
-    kind.solids = {box({0, 0, 0.15 * base}, {0.9 * length, 0.95 * width, 0.3 * base}, 0.05f), box({0, 0, 0.65 * base}, {length, width, 0.7 * base}, albedo()),
-                   box({-0.12 * length, 0, base + 0.5 * load}, {0.6 * length, 0.8 * width, load}, albedo()),
-                   box({0.35 * length, 0, 0.5 * (base + height)}, {0.04, 0.04, height - base}, albedo())};
+    kind.solids = {box({0, 0, 0.15 * base}, {0.9 * length, 0.95 * width, 0.3 * base}, 0.05f),
+                   box({0, 0, 0.65 * base}, {length, width, 0.7 * base}, any_albedo(random)),
+                   box({-0.12 * length, 0, base + 0.5 * load}, {0.6 * length, 0.8 * width, load}, any_albedo(random)),
+                   box({0.35 * length, 0, 0.5 * (base + height)}, {0.04, 0.04, height - base}, any_albedo(random))};
     return kind;
 }
 
 /// A wide foot with a narrower column and a head, described by the cylinder around it.
 Kind column(Random& random) {
     const double diameter = random.uniform(0.32, 0.42), height = random.uniform(0.35, 0.6);
-    const auto albedo = [&] { return static_cast<float>(random.uniform(0.06, 0.75)); };
     Kind kind{{"", Cylinder{diameter, height}}, {}};
     kind.described.drive = Drive::differential;
-    kind.solids = {can(0.01, 0.3 * height, diameter, albedo()), can(0.3 * height, 0.45 * height, 0.7 * diameter, albedo()),
-                   can(0.75 * height, 0.25 * height, 0.85 * diameter, albedo())};
+    kind.solids = {can(0.01, 0.3 * height, diameter, any_albedo(random)), can(0.3 * height, 0.45 * height, 0.7 * diameter, any_albedo(random)),
+                   can(0.75 * height, 0.25 * height, 0.85 * diameter, any_albedo(random))};
     return kind;
 }
 
 /// A deck on wheels with four posts and something on it, described by the box around it.
 Kind cart(Random& random) {
     const double length = random.uniform(0.6, 0.8), width = random.uniform(0.42, 0.55), height = random.uniform(0.8, 1.0);
-    const auto albedo = [&] { return static_cast<float>(random.uniform(0.06, 0.75)); };
     Kind kind{{"", Box{length, width, height}}, {}};
     kind.described.drive = Drive::differential;
-    const float frame = albedo();
+    const float frame = any_albedo(random);
     kind.solids = {box({0, 0, 0.16}, {length, width, 0.12}, frame), box({-0.2 * length, 0, height - 0.02}, {0.5 * length, 0.9 * width, 0.04}, frame)};
     for (const double x : {-1.0, 1.0}) {
         for (const double y : {-1.0, 1.0}) {
@@ -78,15 +78,15 @@ Kind cart(Random& random) {
         }
     }
     const double load = random.uniform(0.3, 0.6) * height;
-    kind.solids.push_back(box({0.05 * length, 0.05 * width, 0.22 + 0.5 * load}, {0.7 * length, 0.75 * width, load}, albedo()));
+    kind.solids.push_back(box({0.05 * length, 0.05 * width, 0.22 + 0.5 * load}, {0.7 * length, 0.75 * width, load}, any_albedo(random)));
     return kind;
 }
 
 Kind person(Random& random) {
-    const auto albedo = [&] { return static_cast<float>(random.uniform(0.08, 0.6)); };
+    const auto clothes = [&] { return static_cast<float>(random.uniform(0.08, 0.6)); };
     Kind kind{{"", Cylinder{0.45, 1.75}}, {}};
-    const float trousers = albedo();
-    kind.solids = {can(0, 0.85, 0.16, trousers), can(0, 0.85, 0.16, trousers), can(0.85, 0.60, 0.40, albedo()), can(1.50, 0.25, 0.20, 0.45f)};
+    const float trousers = clothes();
+    kind.solids = {can(0, 0.85, 0.16, trousers), can(0, 0.85, 0.16, trousers), can(0.85, 0.60, 0.40, clothes()), can(1.50, 0.25, 0.20, 0.45f)};
     for (Solid& solid : kind.solids) solid.side.grain = static_cast<float>(random.uniform(0.02, 0.3));  // clothes are smooth, or have folds and patterns
     kind.solids[0].centre.y() = 0.1f;
     kind.solids[1].centre.y() = -0.1f;
@@ -195,13 +195,7 @@ Scenario hall_scenario(std::uint64_t seed, const HallSettings& settings) {
     scenario.scene = empty_hall(size, scenario.site.walls, seed, random);
     for (int c = 0; c < settings.cameras; ++c) scenario.cameras.push_back(camera_of(c, settings.cameras, size, random));
     for (const ScenarioCamera& camera : scenario.cameras) {
-        SiteCamera described;
-        described.id = camera.id;
-        described.source = "frames/" + camera.id;
-        described.background = "background/" + camera.id;
-        described.model = camera.truth.model;
-        described.placement = KnownFloorPoints{clicked_floor_points(camera, floor_tile, click_sigma, 20, random), click_sigma};
-        scenario.site.cameras.push_back(described);
+        scenario.site.cameras.push_back(described_by_clicks(camera, floor_tile, click_sigma, 20, random));
     }
     const std::vector<Kind> kinds = {rover(random), column(random), cart(random)};
     const std::vector<std::string> names = {"rover", "column", "cart"};

@@ -63,13 +63,7 @@ Site site_of(const std::string& name, const std::vector<ScenarioCamera>& cameras
     site.walls = li2014_walls;
     Random random(seed ^ 0xca11b);
     for (const ScenarioCamera& camera : cameras) {
-        SiteCamera described;
-        described.id = camera.id;
-        described.source = "frames/" + camera.id;
-        described.background = "background/" + camera.id;
-        described.model = camera.truth.model;
-        described.placement = KnownFloorPoints{clicked_floor_points(camera, tile, clicking_noise, 24, random), clicking_noise};
-        site.cameras.push_back(described);
+        site.cameras.push_back(described_by_clicks(camera, tile, clicking_noise, 24, random));
     }
     return site;
 }

@@ -124,6 +124,16 @@ WheelSimulator wheels_of(const Scenario& scenario, std::size_t robot, std::uint6
     return {driven.wheels, [driven](double time) { return robot_pose(driven, time); }, seed * 43 + robot};
 }
 
+SiteCamera described_by_clicks(const ScenarioCamera& camera, double tile, double sigma, int most, Random& random) {
+    SiteCamera described;
+    described.id = camera.id;
+    described.source = "frames/" + camera.id;
+    described.background = "background/" + camera.id;
+    described.model = camera.truth.model;
+    described.placement = KnownFloorPoints{clicked_floor_points(camera, tile, sigma, most, random), sigma};
+    return described;
+}
+
 double light_at(double time, std::uint64_t seed) {
     Random random(seed ^ 0x11687);
     double light = 1;

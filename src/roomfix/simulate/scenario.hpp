@@ -149,6 +149,9 @@ Pose2 robot_pose(const ScenarioRobot& robot, double time);
 /// Floor points of a camera as somebody would click them: visible tile corners, each coordinate with normal noise (px).
 std::vector<FloorPoint> clicked_floor_points(const ScenarioCamera& camera, double tile, double sigma, int most, Random& random);
 
+/// The same as its user would describe it: placed by such clicks, with its files in a session's folders.
+SiteCamera described_by_clicks(const ScenarioCamera& camera, double tile, double sigma, int most, Random& random);
+
 /// The room's light at a time (1 = nominal): slow drift, different for each seed.
 double light_at(double time, std::uint64_t seed);
 
