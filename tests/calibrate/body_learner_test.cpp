@@ -42,7 +42,7 @@ Evidence picture_of(const View& view, const std::vector<Thing>& things) {
     evidence.height = height;
     evidence.with_colours = true;
     evidence.channels = 3;
-    evidence.pixels.assign(width * height, {0, 1});
+    evidence.pixels.assign(width * height, {0, Evidence::certain});
     evidence.as_background.assign(width * height, 5.0f);
     evidence.colours.assign(3 * width * height, 4.6f);
     for (const Thing& thing : things) {
@@ -53,7 +53,7 @@ Evidence picture_of(const View& view, const std::vector<Thing>& things) {
                 const Eigen::Vector2d own = Eigen::Rotation2Dd(-thing.pose.yaw) * (seen->point - Eigen::Vector2d(thing.pose.x, thing.pose.y));
                 if (std::abs(own.x()) > thing.half.x() || std::abs(own.y()) > thing.half.y()) continue;
                 const auto pixel = static_cast<std::size_t>(y * width + x);
-                evidence.pixels[pixel] = {1, 0};
+                evidence.pixels[pixel] = {Evidence::certain, 0};
                 evidence.as_background[pixel] = -20;
                 // A wedge points forward, as an arrow on a roof does.
                 const bool wedge = own.x() > -0.6 * thing.half.x() && std::abs(own.y()) < 0.5 * (thing.half.x() - own.x()) * thing.half.y() / thing.half.x();
@@ -193,7 +193,7 @@ TEST(BodyLearner, ARoughCylinderBecomesThePostOnABaseThatItIs) {
             for (const Span& span : mask.spans) {
                 for (int x = span.begin; x < span.end; ++x) {
                     const auto pixel = static_cast<std::size_t>(span.y * width + x);
-                    seen.pixels[pixel] = {1, 0};
+                    seen.pixels[pixel] = {Evidence::certain, 0};
                     for (std::size_t k = 0; k < 3; ++k) seen.colours[3 * pixel + k] = 3.5f;
                 }
             }

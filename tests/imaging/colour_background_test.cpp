@@ -53,7 +53,7 @@ double other_part(const Evidence& evidence, bool inside) {
     for (int y = 0; y < floor_height; ++y) {
         for (int x = 0; x < floor_width; ++x) {
             if (in_square(x, y) != inside) continue;
-            sum += static_cast<double>(evidence.pixels[static_cast<std::size_t>(y * floor_width + x)].other);
+            sum += static_cast<double>(evidence.at(static_cast<std::size_t>(y * floor_width + x)).other);
             ++count;
         }
     }
@@ -121,7 +121,7 @@ TEST(EvidenceOfColours, SumsAreThoseOfThePixels) {
     double other = 0;
     for (int y = 20; y < 100; ++y) {
         for (int x = 28; x < 152; ++x) {  // all cells that the box touches
-            const auto& p = evidence.pixels[static_cast<std::size_t>(y * floor_width + x)];
+            const auto p = evidence.at(static_cast<std::size_t>(y * floor_width + x));
             plain += static_cast<double>(p.plain);
             other += static_cast<double>(p.other);
         }

@@ -13,13 +13,13 @@ Evidence some_evidence() {
     evidence.width = 61;
     evidence.height = 47;
     std::mt19937 random(5);
-    const auto part = [&] { return static_cast<float>(random() % 1000) / 1000; };
     for (int i = 0; i < 61 * 47; ++i) {
         const int x = i % 61, y = i / 61;
         const bool shadow = x > 20 && x < 40 && y > 10 && y < 30;
-        const float other = 0.5f * part();
-        evidence.pixels.push_back({other + (shadow ? 0.2f : 0), 1 - other - 0.2f});
-        evidence.perhaps.push_back(shadow ? 0.2f : 0);
+        const auto other = static_cast<std::uint8_t>(random() % 50);
+        const auto plain = static_cast<std::uint8_t>(80 - other);
+        evidence.pixels.push_back({static_cast<std::uint8_t>(other + (shadow ? 20 : 0)), plain});
+        evidence.perhaps.push_back(shadow ? 20 : 0);
     }
     evidence.sum_up();
     return evidence;
@@ -49,11 +49,8 @@ TEST(Evidence, WhatIsTakenAwaySaysNothingAndNorDoesItsShadow) {
     std::vector<int> covered = a_body();
     evidence.take_away(covered);
     EXPECT_TRUE(covered.empty());
-    for (const int i : a_body()) {
-        EXPECT_EQ(evidence.pixels[static_cast<std::size_t>(i)].other, 0.0f);
-        EXPECT_EQ(evidence.pixels[static_cast<std::size_t>(i)].plain, 0.0f);
-    }
-    for (const float shadow : evidence.perhaps) EXPECT_EQ(shadow, 0.0f) << "it hangs together with the body";
+    for (const int i : a_body()) EXPECT_EQ(evidence.pixels[static_cast<std::size_t>(i)], Evidence::Pixel());
+    for (const int shadow : evidence.perhaps) EXPECT_EQ(shadow, 0) << "it hangs together with the body";
     Evidence anew = evidence;
     anew.sum_up();
     expect_same_sums(evidence, anew);
@@ -63,24 +60,26 @@ TEST(Evidence, WhatWasTakenAwayCanBePutBack) {
     const Evidence before = some_evidence();
     Evidence evidence = before;
     std::vector<int> covered = a_body();
-    std::vector<Evidence::Pixel> pixels;
+    std::vector<Evidence::Change> pixels;
     evidence.take_away(covered, &pixels);
     evidence.put_back(pixels);
     for (std::size_t i = 0; i < before.pixels.size(); ++i) {
-        EXPECT_EQ(evidence.pixels[i].other, before.pixels[i].other);
-        EXPECT_EQ(evidence.pixels[i].plain, before.pixels[i].plain);
+        EXPECT_EQ(evidence.pixels[i], before.pixels[i]);
         EXPECT_EQ(evidence.perhaps[i], before.perhaps[i]);
     }
     expect_same_sums(evidence, before);
 }
 
-TEST(Evidence, WhatMayBeAShadowCountsOnlyOnce) {
+TEST(Evidence, WhatMayBeAShadowCountsInPartUntilABodyIsItsReason) {
     Evidence evidence = some_evidence();
     evidence.perhaps_counts = false;
-    const float before = evidence.pixels[15 * 61 + 25].other;
-    evidence.count_perhaps();
-    evidence.count_perhaps();
-    EXPECT_FLOAT_EQ(evidence.pixels[15 * 61 + 25].other, before + 0.2f);
+    const int before = evidence.pixels[15 * 61 + 25].other;
+    evidence.weigh_shadow(15 * 61 + 25, 0.5f);
+    EXPECT_EQ(evidence.pixels[15 * 61 + 25].other, before + 10);
+    evidence.shadows_are_weighed();
+    std::vector<int> covered = a_body();
+    evidence.take_away(covered);
+    EXPECT_EQ(evidence.pixels[15 * 61 + 25].other, before) << "as a part of the body's shadow";
 }
 
 }  // namespace

@@ -27,13 +27,13 @@ Evidence evidence_of(const View& view, const std::vector<std::pair<Body, Pose2>>
     Evidence evidence;
     evidence.width = 640;
     evidence.height = 480;
-    evidence.pixels.assign(640 * 480, {0, 1});
+    evidence.pixels.assign(640 * 480, {0, Evidence::certain});
     BodyMask mask;
     for (const auto& [body, pose] : bodies) {
         cover(view, body.parts, pose, 640, 480, 1, 1, mask);
         for (const Span& span : mask.spans) {
             const bool gap = std::abs(span.y - (mask.top + mask.bottom) / 2) < (mask.bottom - mask.top) / 20;
-            for (int x = span.begin; x < span.end && !gap; ++x) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {1, 0};
+            for (int x = span.begin; x < span.end && !gap; ++x) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {Evidence::certain, 0};
         }
     }
     evidence.sum_up();
@@ -118,7 +118,7 @@ Evidence evidence_of_pale(const View& view, const Body& body, const Pose2& pose)
     BodyMask mask;
     cover(view, body.parts, pose, 640, 480, 1, 1, mask);
     for (int y = 0; y < mask.bottom - (mask.bottom - mask.top) / 9; ++y) {
-        for (int x = 0; x < 640; ++x) evidence.pixels[static_cast<std::size_t>(y * 640 + x)] = {0, 1};
+        for (int x = 0; x < 640; ++x) evidence.pixels[static_cast<std::size_t>(y * 640 + x)] = {0, Evidence::certain};
     }
     evidence.sum_up();
     return evidence;
@@ -171,8 +171,8 @@ TEST(BodySearch, OfARobotThatMightBeAShadowLittleIsEnoughWhereEdgesTellTheRest) 
     }
     Evidence evidence = evidence_of(view, {{body_of(torso), truth}});
     int differs = 0, all = 0;
-    for (Evidence::Sums& pixel : evidence.pixels) {
-        if (pixel.other <= 0) continue;
+    for (Evidence::Pixel& pixel : evidence.pixels) {
+        if (pixel.other == 0) continue;
         ++all;
         if (all % 29 == 0) {
             ++differs;
@@ -226,7 +226,7 @@ TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
     cover(view, body_of({"legs", Cylinder{0.6, 0.9}}).parts, truth, 640, 480, 1, 1, legs);
     for (const Span& span : legs.spans) {
         for (int x = span.begin; x < span.end; ++x) {
-            if ((x + span.y) % 4) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {0, 1};
+            if ((x + span.y) % 4) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {0, Evidence::certain};
         }
     }
     evidence.sum_up();

@@ -110,8 +110,7 @@ bool Learner::stays(std::size_t moment, const Pose2& pose) {
             for (const Span& span : memory_.mask.spans) {
                 for (int x = span.begin; x < span.end; ++x) {
                     const auto pixel = static_cast<std::size_t>(span.y) * static_cast<std::size_t>(a.width) + static_cast<std::size_t>(x);
-                    const auto other_here = static_cast<double>(a.pixels[pixel].other);
-                    if (other_here < 0.5) continue;
+                    if (2 * a.pixels[pixel].other < Evidence::certain) continue;
                     double off = 0;
                     for (std::size_t k = 0; k < channels; ++k)
                         off += std::abs(static_cast<double>(a.colours[pixel * channels + k] - b.colours[pixel * channels + k]));

@@ -120,7 +120,7 @@ BodyLook look_from(const std::vector<BodyMoment>& moments, const std::vector<Bod
         for (const Sight& picture : pictures) {
             for (const SeenSpot& s : picture.seen) {
                 SpotSights& sum = sums[kind[s.spot]];
-                const Evidence::Sums& pixel = picture.evidence->pixels[s.pixel];
+                const Evidence::Sums pixel = picture.evidence->at(s.pixel);
                 sum.other += static_cast<double>(pixel.other);
                 sum.plain += static_cast<double>(pixel.plain);
                 ++sum.sights;

@@ -393,8 +393,9 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
     box_mean<light_window>(level_, width_, height_, column_, around_);
     box_mean<light_window>(seen_, width_, height_, column_, around_seen_);
     compare_structure();
-    evidence.pixels.assign(pixels(), {0, 1});
-    evidence.perhaps.assign(pixels(), 0.0f);
+    evidence.pixels.assign(pixels(), {0, Evidence::certain});
+    evidence.perhaps.assign(pixels(), 0);
+    evidence.light.assign(pixels(), 0);
     evidence.perhaps_part = settings_.perhaps;
     evidence.perhaps_counts = channels_ == 1;  // colours tell shadows from most things; what they leave open is for those who know more
     const float channels = static_cast<float>(channels_);
@@ -426,8 +427,10 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         judge(batch);
         for (std::size_t j = 0; j < count; ++j) {
             const auto i = static_cast<std::size_t>(changed_[first + j]);
-            evidence.perhaps[i] = batch.perhaps[j];
-            evidence.pixels[i] = {batch.other[j] + (evidence.perhaps_counts ? batch.perhaps[j] : 0), batch.plain[j]};
+            evidence.perhaps[i] = Evidence::parts(batch.perhaps[j]);
+            evidence.light[i] = static_cast<std::int8_t>(std::clamp(level_[i] * Evidence::certain, -127.0f, 127.0f));
+            evidence.pixels[i] = {Evidence::parts(batch.other[j]), Evidence::parts(batch.plain[j])};
+            if (evidence.perhaps_counts) evidence.pixels[i].other += evidence.counted(evidence.perhaps[i]);
             if (evidence.with_colours) evidence.as_background[i] = batch.as_background[j] - log_other;
         }
     }
@@ -460,7 +463,7 @@ void ColourBackground::judge(Batch& batch) const {
         const float something = other * (1 - part) + part * settings_.share_other / settings_.other_range * fast_exp(log_even);
         const float sum = something + same + lit;
         const float floor = 1 - fast_exp(-structure);  // a shadow on the background is the background
-        batch.perhaps[j] = settings_.perhaps * std::min(something, lit) / sum;
+        batch.perhaps[j] = std::min(something, lit) / sum;
         batch.other[j] = std::max(something - lit, 0.0f) / sum;
         batch.plain[j] = (same + floor * std::max(lit - something, 0.0f)) / sum;
         batch.as_background[j] = fast_log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f));
@@ -497,7 +500,7 @@ void ColourBackground::keep_colours(Evidence& evidence) const {
 
 void ColourBackground::refresh(const Evidence& evidence, float part) {
     if (difference_.size() != mean_.size()) return;
-    constexpr float surely = 0.95f;
+    constexpr int surely = 95;  // of Evidence::certain
     constexpr std::size_t turns = 4;
     const auto c = static_cast<std::size_t>(channels_);
     const auto line = static_cast<std::size_t>(width_);

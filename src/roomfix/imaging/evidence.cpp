@@ -1,14 +1,19 @@
 #include "roomfix/imaging/evidence.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace roomfix {
 
-void Evidence::count_perhaps() {
-    if (perhaps_counts) return;
-    for (std::size_t i = 0; i < perhaps.size(); ++i) pixels[i].other += perhaps[i];
+void Evidence::weigh_shadow(std::size_t pixel, float part) {
+    const std::uint8_t doubtful = perhaps[pixel];
+    if (doubtful == 0) return;
+    perhaps[pixel] = scaled(doubtful, part);
+    pixels[pixel].other += perhaps[pixel] - (perhaps_counts ? counted(doubtful) : 0);
+}
+
+void Evidence::shadows_are_weighed() {
     perhaps_counts = true;
+    perhaps_part = 1;
 }
 
 void Evidence::copy_pixels(const Evidence& other) {
@@ -30,17 +35,18 @@ void Evidence::copy_pixels(const Evidence& other) {
 }
 
 void Evidence::rule_out_shadow(std::size_t pixel) {
-    const float doubtful = perhaps[pixel] / perhaps_part;
-    if (doubtful <= 0) return;
-    Sums& sums = pixels[pixel];
-    const float other = sums.other - (perhaps_counts ? perhaps[pixel] : 0) + doubtful;
-    const float both = other + sums.plain;
-    sums = {other / both, sums.plain / both};
+    const std::uint8_t doubtful = perhaps[pixel];
+    if (doubtful == 0) return;
+    Pixel& p = pixels[pixel];
+    const int other = p.other - (perhaps_counts ? counted(doubtful) : 0) + doubtful;
+    const int both = other + p.plain;
+    p.other = static_cast<std::uint8_t>((certain * other + both / 2) / both);
+    p.plain = static_cast<std::uint8_t>(certain - p.other);
     perhaps[pixel] = 0;
 }
 
-void Evidence::take_away(std::vector<int>& from, std::vector<Pixel>* before) {
-    constexpr float least = 0.05f;  // of a shadow that is followed
+void Evidence::take_away(std::vector<int>& from, std::vector<Change>* before) {
+    constexpr int least = 5;  // of `certain`: what counts of a shadow that is followed
     if (from.empty()) return;
     const auto keep = [&](int i) {
         const auto at = static_cast<std::size_t>(i);
@@ -60,11 +66,12 @@ void Evidence::take_away(std::vector<int>& from, std::vector<Pixel>* before) {
         last = std::max(last, i);
         const int x = i % width;
         const auto visit = [&](int next) {
-            float& shadow = perhaps[static_cast<std::size_t>(next)];
-            if (shadow < least) return;
+            const auto at = static_cast<std::size_t>(next);
+            const std::uint8_t counts = counted(perhaps[at]);
+            if (counts < least) return;
             keep(next);
-            if (perhaps_counts) pixels[static_cast<std::size_t>(next)].other -= shadow;
-            shadow = 0;
+            if (perhaps_counts) pixels[at].other -= counts;
+            perhaps[at] = 0;
             from.push_back(next);
         };
         if (x > 0) visit(i - 1);
@@ -75,12 +82,12 @@ void Evidence::take_away(std::vector<int>& from, std::vector<Pixel>* before) {
     sum_up({first / width, last / width + 1});
 }
 
-void Evidence::put_back(const std::vector<Pixel>& before) {
+void Evidence::put_back(const std::vector<Change>& before) {
     if (before.empty()) return;
     int first = width * height;
     int last = 0;
     for (auto p = before.rbegin(); p != before.rend(); ++p) {
-        pixels[static_cast<std::size_t>(p->index)] = p->sums;
+        pixels[static_cast<std::size_t>(p->index)] = p->pixel;
         perhaps[static_cast<std::size_t>(p->index)] = p->perhaps;
         first = std::min(first, p->index);
         last = std::max(last, p->index);
@@ -93,62 +100,48 @@ void Evidence::sum_up(const Rows& changed) {
     const auto across = static_cast<std::size_t>(cells(width));
     const auto down = static_cast<std::size_t>(cells(height));
     row_sums.resize(line * static_cast<std::size_t>(height));
-    cell_sums_.resize(across * down);
+    cell_sums_.resize(across);
     box_sums.resize((across + 1) * (down + 1));
-    // Several rows at once: within one each sum waits for the one before.
-    constexpr int together = 4;
-    int y = changed.begin;
-    for (; y + together <= changed.end; y += together) {
-        std::array<const Sums*, together> from;
-        std::array<Sums*, together> row;
-        std::array<Sums, together> sum{};
-        for (std::size_t k = 0; k < together; ++k) {
-            from[k] = pixels.data() + static_cast<std::ptrdiff_t>(y + static_cast<int>(k)) * width;
-            row[k] = row_sums.data() + static_cast<std::size_t>(y + static_cast<int>(k)) * line;
-            row[k][0] = {};
-        }
+    for (int y = changed.begin; y < changed.end; ++y) {
+        const Pixel* from = pixels.data() + static_cast<std::ptrdiff_t>(y) * width;
+        std::uint32_t* row = row_sums.data() + static_cast<std::size_t>(y) * line;
+        std::uint32_t sum = 0;
+        row[0] = 0;
         for (std::size_t x = 0; x + 1 < line; ++x) {
-            for (std::size_t k = 0; k < together; ++k) {
-                sum[k].other += from[k][x].other;
-                sum[k].plain += from[k][x].plain;
-                row[k][x + 1].other = sum[k].other;
-                row[k][x + 1].plain = sum[k].plain;
-            }
+            sum += static_cast<std::uint32_t>(from[x].other) << 16 | from[x].plain;
+            row[x + 1] = sum;
         }
     }
-    for (; y < changed.end; ++y) {
-        const Sums* from = pixels.data() + static_cast<std::ptrdiff_t>(y) * width;
-        Sums* row = row_sums.data() + static_cast<std::size_t>(y) * line;
-        row[0] = {};
-        for (std::size_t x = 0; x + 1 < line; ++x) row[x + 1] = {row[x].other + from[x].other, row[x].plain + from[x].plain};
-    }
-    const auto first = static_cast<std::size_t>(changed.begin / cell);
-    for (std::size_t cy = first; cy < static_cast<std::size_t>(cells(changed.end)); ++cy) {
-        Sums* cell_row = cell_sums_.data() + cy * across;
-        std::fill(cell_row, cell_row + across, Sums());
+    const auto begin = static_cast<std::size_t>(changed.begin / cell);
+    const auto end = static_cast<std::size_t>(cells(changed.end));
+    const auto boxes_at = [&](std::size_t cy) { return box_sums.data() + cy * (across + 1); };
+    last_boxes_.assign(boxes_at(end), boxes_at(end) + across + 1);
+    for (std::size_t cy = begin; cy < end; ++cy) {
+        std::fill(cell_sums_.begin(), cell_sums_.end(), 0);
         const std::size_t bottom = std::min((cy + 1) * cell, static_cast<std::size_t>(height));
         for (std::size_t v = cy * cell; v < bottom; ++v) {
-            const Sums* row = row_sums.data() + v * line;
+            const std::uint32_t* row = row_sums.data() + v * line;
             for (std::size_t cx = 0; cx < across; ++cx) {
-                const Sums& begin = row[cx * cell];
-                const Sums& end = row[std::min((cx + 1) * cell, line - 1)];
-                cell_row[cx].other += end.other - begin.other;
-                cell_row[cx].plain += end.plain - begin.plain;
+                const std::uint32_t sums = row[std::min((cx + 1) * cell, line - 1)] - row[cx * cell];
+                cell_sums_[cx] += static_cast<std::uint64_t>(sums >> 16) << 32 | (sums & 0xffff);
             }
         }
-    }
-    for (std::size_t cy = first; cy < down; ++cy) {
-        const Sums* from = cell_sums_.data() + cy * across;
-        const Sums* above = box_sums.data() + cy * (across + 1);
-        Sums* below = box_sums.data() + (cy + 1) * (across + 1);
-        Sums row;
-        below[0] = {};
+        const std::uint64_t* above = boxes_at(cy);
+        std::uint64_t* below = boxes_at(cy + 1);
+        std::uint64_t row = 0;
+        below[0] = 0;
         for (std::size_t cx = 0; cx < across; ++cx) {
-            row = {row.other + from[cx].other, row.plain + from[cx].plain};
-            below[cx + 1] = {above[cx + 1].other + row.other, above[cx + 1].plain + row.plain};
+            row += cell_sums_[cx];
+            below[cx + 1] = above[cx + 1] + row;
         }
     }
-    const Sums all = box_sums.back();
+    // What has changed above goes into all boxes below.
+    for (std::size_t cx = 0; cx <= across; ++cx) last_boxes_[cx] = boxes_at(end)[cx] - last_boxes_[cx];
+    for (std::size_t cy = end; cy < down; ++cy) {
+        std::uint64_t* below = boxes_at(cy + 1);
+        for (std::size_t cx = 0; cx <= across; ++cx) below[cx] += last_boxes_[cx];
+    }
+    const Sums all = unpacked(box_sums.back());
     clutter = static_cast<double>(all.other) / std::max(1.0, static_cast<double>(all.other + all.plain));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace roomfix {
@@ -15,28 +16,40 @@ struct Evidence {
         float plain = 0;  // that they show the background in its own light
     };
 
+    /// Probabilities in parts of `certain`: sums are exact, and a picture's lie in the processor's cache.
+    struct Pixel {
+        std::uint8_t other = 0;
+        std::uint8_t plain = 0;
+
+        bool operator==(const Pixel&) const = default;
+    };
+    static constexpr int certain = 100;
+
     /// begin <= y < end.
     struct Rows {
         int begin = 0;
         int end = 0;
     };
-    struct Pixel {
+    /// A pixel as it was.
+    struct Change {
         int index = 0;
-        Sums sums;
-        float perhaps = 0;
+        Pixel pixel;
+        std::uint8_t perhaps = 0;
     };
-    static constexpr int cell = 4;  // px, edge of the squares that boxes are counted in
+    static constexpr int cell = 4;      // px, edge of the squares that boxes are counted in
+    static constexpr int widest = 640;  // px: sums of a row have 16 bits
 
     int width = 0;
     int height = 0;
-    int scale = 1;               // pixels of the frame per pixel here
-    std::vector<Sums> pixels;    // row-major
-    std::vector<float> perhaps;  // of each pixel: `perhaps_part` of the probability that it shows something else or as well a shadow, part of `other` ...
-    bool perhaps_counts = true;  // ... false: that comes on top of it
+    int scale = 1;                      // pixels of the frame per pixel here
+    std::vector<Pixel> pixels;          // row-major
+    std::vector<std::uint8_t> perhaps;  // of each pixel, in parts of `certain`: it may as well be a shadow as something else. `perhaps_part` of it is ...
+    bool perhaps_counts = true;         // ... part of `other`; false: not yet
     float perhaps_part = 1;
-    std::vector<Sums> row_sums;  // (width + 1) per row: of all pixels to the left
-    std::vector<Sums> box_sums;  // (cells across + 1) x (cells down + 1): of all cells above and to the left
-    double clutter = 0;          // part of what the picture tells that is something else
+    std::vector<std::int8_t> light;       // of each pixel that is not plainly the background: log of its light over the background's, in parts of `certain`
+    std::vector<std::uint32_t> row_sums;  // (width + 1) per row: of all pixels to the left; `other` in the upper half, `plain` in the lower
+    std::vector<std::uint64_t> box_sums;  // (cells across + 1) x (cells down + 1): of all cells above and to the left, in the same way
+    double clutter = 0;                   // part of what the picture tells that is something else
 
     // Only where they are asked for: what learned looks of robots are compared with.
     bool with_colours = false;
@@ -46,27 +59,35 @@ struct Evidence {
     std::vector<float> as_background;  // log of how much likelier each is of the background, in any light, than of a thing of any colour
 
     bool empty() const { return pixels.empty(); }
+    /// Of one pixel.
+    Sums at(std::size_t pixel) const { return {part_of(pixels[pixel].other), part_of(pixels[pixel].plain)}; }
     /// Over the pixels begin <= x < end of a row.
     Sums run(int y, int begin, int end) const {
-        const Sums* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
-        return {row[end].other - row[begin].other, row[end].plain - row[begin].plain};
+        const std::uint32_t sums = packed_run(y, begin, end);
+        return {part_of(sums >> 16), part_of(sums & 0xffff)};
+    }
+    /// The same in parts of `certain`, `other` in the upper half.
+    std::uint32_t packed_run(int y, int begin, int end) const {
+        const std::uint32_t* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
+        return row[end] - row[begin];  // of the halves none is less at the end
     }
     /// Over all cells that left <= x < right, top <= y < bottom touches.
     Sums box(int left, int top, int right, int bottom) const {
-        const auto at = [&](int x, int y) {
+        const auto sums_at = [&](int x, int y) {
             return box_sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(cells(width) + 1) + static_cast<std::size_t>(x)];
         };
         const int low_x = left / cell, low_y = top / cell, high_x = cells(right), high_y = cells(bottom);
-        const Sums a = at(high_x, high_y), b = at(low_x, high_y), c = at(high_x, low_y), d = at(low_x, low_y);
-        return {a.other - b.other - c.other + d.other, a.plain - b.plain - c.plain + d.plain};
+        return unpacked(sums_at(high_x, high_y) - sums_at(low_x, high_y) - sums_at(high_x, low_y) + sums_at(low_x, low_y));
     }
     /// Something stands on these pixels: they say nothing any more, and what may be a shadow and hangs together with them is its shadow. `from` is used
     /// up. `before`, if it is not null, gets what has changed.
-    void take_away(std::vector<int>& from, std::vector<Pixel>* before = nullptr);
+    void take_away(std::vector<int>& from, std::vector<Change>* before = nullptr);
     /// Undoes it.
-    void put_back(const std::vector<Pixel>& before);
-    /// From now on what may as well be a shadow counts as something else, too. The sums have to be filled anew.
-    void count_perhaps();
+    void put_back(const std::vector<Change>& before);
+    /// Of a pixel that may as well be a shadow: `part` of that counts as something else, and is all that is left in `perhaps`. Once all pixels were asked
+    /// about, shadows_are_weighed() says so. The sums have to be filled anew.
+    void weigh_shadow(std::size_t pixel, float part);
+    void shadows_are_weighed();
     /// A pixel that shows no shadow: it is something else or the background in its own light. The sums have to be filled anew.
     void rule_out_shadow(std::size_t pixel);
     /// Fills the sums from `pixels`, of which only some rows have changed.
@@ -76,10 +97,20 @@ struct Evidence {
     /// Fills all sums.
     void sum_up() { sum_up({0, height}); }
 
+    /// Sums in parts of `certain`, `other` in the upper half.
+    static Sums unpacked(std::uint64_t sums) { return {part_of(sums >> 32), part_of(sums & 0xffffffff)}; }
     static int cells(int length) { return (length + cell - 1) / cell; }
+    /// What of a pixel's `perhaps` is part of `other`, once it counts.
+    std::uint8_t counted(std::uint8_t doubtful) const { return scaled(doubtful, perhaps_part); }
+    static std::uint8_t scaled(std::uint8_t parts, float by) { return static_cast<std::uint8_t>(by * static_cast<float>(parts) + 0.5f); }
+    /// A probability in parts of `certain`.
+    static std::uint8_t parts(float probability) { return static_cast<std::uint8_t>(probability * certain + 0.5f); }
 
 private:
-    std::vector<Sums> cell_sums_;  // cells across x cells down
+    static float part_of(std::uint64_t parts) { return static_cast<float>(parts) / certain; }
+    // Working memory.
+    std::vector<std::uint64_t> cell_sums_;   // of a row of cells
+    std::vector<std::uint64_t> last_boxes_;  // above the first row of cells that has not changed
 };
 
 }  // namespace roomfix

@@ -84,10 +84,7 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
         left_[c].copy_pixels(*cameras[c].evidence);
         moment_[c].evidence = &left_[c];
     }
-    if (cameras.size() > 1) {
-        rule_out_shadows(cameras, left_);
-        for (Evidence& evidence : left_) evidence.count_perhaps();
-    }
+    if (cameras.size() > 1) weigh_shadows(cameras, left_);
     for (Evidence& evidence : left_) evidence.sum_up();
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
 }
@@ -677,7 +674,7 @@ void BodyObserver::spare_outlines(std::size_t camera, const Pose2& pose, const B
 }
 
 /// What a body covers says nothing about others: neither that they are there, nor that they are not. `before`: of each camera, what put_back() needs.
-void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Pixel>>* before) {
+void BodyObserver::take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Change>>* before) {
     if (before) before->resize(moment_.size());
     for (std::size_t c = 0; c < moment_.size(); ++c) {
         Evidence& evidence = left_[c];

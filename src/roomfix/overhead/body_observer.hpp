@@ -142,7 +142,7 @@ private:
     bool in_the_way(const Body& shape, int robot, const Pose2& pose) const;
     bool stand_in_each_other(const Body& a, const Pose2& at_a, const Body& b, const Pose2& at_b) const;
     void drop_blocked();
-    void take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Pixel>>* before = nullptr);
+    void take_away(const Pose2& pose, const Body& body, std::vector<std::vector<Evidence::Change>>* before = nullptr);
     void put_back();
     void spare_outlines(std::size_t camera, const Pose2& pose, const Body& shape);
 
@@ -165,9 +165,9 @@ private:
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     std::vector<PoseObservation> known_things_;     // where things should be that are no robots
     PlaceMemory memory_;
-    std::vector<int> covered_;                            // pixels of the robot that is taken away
-    std::vector<std::pair<std::size_t, float>> spared_;   // pixels of other outlines and what of them may be a shadow
-    std::vector<std::vector<Evidence::Pixel>> on_trial_;  // of each camera, as they were before
+    std::vector<int> covered_;                                  // pixels of the robot that is taken away
+    std::vector<std::pair<std::size_t, std::uint8_t>> spared_;  // pixels of other outlines and what of them may be a shadow
+    std::vector<std::vector<Evidence::Change>> on_trial_;       // of each camera, as they were before
     long searches_ = 0;
 };
 
