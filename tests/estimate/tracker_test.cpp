@@ -227,6 +227,48 @@ TEST(Tracker, FindsAKidnappedRobotAgainWithinTwoSeconds) {
     EXPECT_LE(found, 2);
 }
 
+/// A robot that stands and is seen for a second, then not for one: all that time cameras see the floor where it should be.
+void vanish(Tracker& tracker, double nats) {
+    for (int i = 0; i < 20; ++i) {
+        const double t = 0.1 * i;
+        tracker.observe({from_seconds(t), 0, {0, 0, 0}});
+        if (i < 10) {
+            see(tracker, t, "hall", seen(1, 2, 0));
+        } else {
+            tracker.observe(from_seconds(t), "hall", std::span<const PoseObservation>());
+            tracker.observe(from_seconds(t), "hall", AbsenceObservation{0, {1, 2, 0}, nats});
+        }
+    }
+}
+
+TEST(Tracker, ARobotThatIsNotWhereItShouldBeHasNoFixAndIsBelievedAtOnceWhereItIsSeen) {
+    for (const bool alike : {false, true}) {
+        std::vector<SiteRobot> robots = {robot_of("r1", Box{0.54, 0.54, 0.45})};
+        if (alike) robots.push_back(robot_of("r2", Box{0.54, 0.54, 0.45}));
+        Tracker tracker(site_of(robots));
+        vanish(tracker, -4);
+        const auto fix = tracker.fix(0, from_seconds(1.9));
+        ASSERT_TRUE(fix);
+        EXPECT_EQ(fix->status, FixStatus::none);
+        EXPECT_NE(fix->reason.find("although cameras see the place"), std::string::npos) << fix->reason;
+        EXPECT_TRUE(tracker.expected(from_seconds(1.9)).empty()) << "it is looked for everywhere";
+        for (int i = 20; i < (alike ? 45 : 22); ++i) {
+            tracker.observe({from_seconds(0.1 * i), 0, {0, 0, 0}});
+            see(tracker, 0.1 * i, "hall", seen(4, 5, 0));
+        }
+        const auto again = tracker.fixes(from_seconds(alike ? 4.4 : 2.1));
+        ASSERT_FALSE(again.empty());
+        EXPECT_EQ(again[0].status, FixStatus::ok);
+        EXPECT_NEAR(again[0].pose.x, 4, 0.05);
+    }
+}
+
+TEST(Tracker, ARobotThatCamerasMayJustNotSeeCoasts) {
+    Tracker tracker(box_site);
+    vanish(tracker, -1.5);  // it may be hidden
+    EXPECT_EQ(tracker.fix(0, from_seconds(1.9))->status, FixStatus::coasting);
+}
+
 TEST(Tracker, OneFalseSightingMovesNothing) {
     Tracker tracker(box_site);
     for (int i = 0; i < 40; ++i) see(tracker, 0.1 * i, "hall", i == 30 ? seen(5, 5, 1) : seen(1 + 0.03 * i, 2, 0));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "roomfix/base/time.hpp"
+#include "roomfix/observation/absence.hpp"
 #include "roomfix/observation/corner_observation.hpp"
 #include "roomfix/observation/landmark_observation.hpp"
 #include "roomfix/observation/pose_observation.hpp"
@@ -63,7 +64,7 @@ struct Event {
     int source = 0;  // of the tracker's sources
     int key = 0;     // tells apart what one source says at one time
     std::variant<PoseObservation, GroupSighting, TagSighting, LandmarkSighting, CornerSighting, RangeObservation, RangeDifferenceObservation,
-                 SightingObservation, PlaceSighting, TimePassed>
+                 SightingObservation, PlaceSighting, AbsenceObservation, TimePassed>
         what;
 
     bool operator<(const Event& other) const { return std::tie(time, source, key) < std::tie(other.time, other.source, other.key); }

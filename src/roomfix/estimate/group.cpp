@@ -112,6 +112,10 @@ Fix fix_of(Track track, Nanoseconds time, const TrackingModels& models) {
                                               : "it was seen for a moment only";
         return fix;
     }
+    if (is_missing(track, settings)) {
+        fix.reason = fmt::format("not seen for {:.1f} s, although cameras see the place where it should be", unseen);
+        return fix;
+    }
     fix.status = unseen > settings.ok ? FixStatus::coasting : FixStatus::ok;
     fix.pose = {best.mean[0], best.mean[1], wrap_angle(best.mean[state_yaw])};
     fix.covariance = best.pose_covariance() + spread_around_best(track.belief) + track.doubt;
@@ -214,6 +218,14 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
     if (std::holds_alternative<TimePassed>(event.what)) return;
     if (const auto* frame = std::get_if<GroupSighting>(&event.what)) {
         take_frame(state, *frame, event, group, models);
+        return;
+    }
+    if (const auto* absence = std::get_if<AbsenceObservation>(&event.what)) {
+        for (Association& association : state.associations) {
+            for (Track& track : association.tracks) {
+                if (track.alive() && track.is(absence->robot)) note_absence(track, *absence, models.settings);
+            }
+        }
         return;
     }
     if (!group.alone() && is_heard(event) && !followed(state, robot_of(event))) return seek(state, event, models);

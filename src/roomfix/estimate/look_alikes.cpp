@@ -82,8 +82,9 @@ std::vector<int> free_robots(const Association& association, Nanoseconds time, c
     std::vector<int> free;
     for (const int robot : group.robots) {
         const auto known = std::find_if(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
-        if (known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok))
-            free.push_back(robot);
+        const bool lost = known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost ||
+                          known->hardly_known(time, models.settings.ok) || is_missing(*known, models.settings);
+        if (lost) free.push_back(robot);
     }
     return free;
 }
@@ -255,7 +256,7 @@ void drop_lost(Association& association, Nanoseconds time, const TrackingModels&
     const TrackerSettings& settings = models.settings;
     std::erase_if(association.tracks, [&](const Track& t) {
         const double unseen = to_seconds(time - t.seen);
-        if (t.named) return unseen > settings.forget && t.belief.best().place_sigma() > 2 * models.site.lost;
+        if (t.named) return unseen > settings.forget && (t.belief.best().place_sigma() > 2 * models.site.lost || is_missing(t, settings));
         return unseen > (t.number == 0 ? 2 * settings.ok : settings.forget);
     });
 }

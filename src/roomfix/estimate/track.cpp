@@ -165,6 +165,7 @@ double take_with(Track& track, int source, const std::vector<PlaceProposal>& pro
     track.budget -= weigh(track.belief, evidence, std::max(track.budget, 0.0));
     if (best.right > 0.5) {
         track.seen = track.time;
+        track.absence = 0;
         health.seen = track.time;
         ++track.sightings;
     } else if (best.right < 0.05 && !proposals.empty()) {
@@ -290,6 +291,19 @@ SourceHealth& health_of(Track& track, int source) {
     return *oldest;
 }
 
+void note_absence(Track& track, const AbsenceObservation& observation, const TrackerSettings& settings) {
+    constexpr double longest = 0.25;  // s that one observation speaks for
+    constexpr double gate = 9;        // squared Mahalanobis distance from where the cameras looked
+    const Belief& belief = track.belief.best();
+    const Eigen::Vector2d off(observation.place.x - belief.mean[0], observation.place.y - belief.mean[1]);
+    if (off.dot(belief.covariance.topLeftCorner<2, 2>().inverse() * off) > gate) return;
+    const double since = std::min(to_seconds(track.time - std::max(track.absent_at, track.seen)), longest);
+    track.absence += observation.nats * since / settings.hidden_for;
+    track.absent_at = track.time;
+}
+
+bool is_missing(const Track& track, const TrackerSettings& settings) { return track.absence < std::log(settings.surprise / (1 - settings.surprise)); }
+
 void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
     if (time <= track.time) return;
     const auto robot = static_cast<std::size_t>(track.robot);
@@ -326,6 +340,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
 void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models) {
     track.belief.hypotheses.clear();
     track.time = track.born = track.seen = time;
+    track.absence = 0;
     track.sightings = 1;
     track.budget = most_budget;
     track.cloud = {};
@@ -498,8 +513,11 @@ bool hear(Track& track, const Observation& o, const TrackingModels& models) {
     return false;
 }
 
-/// Is a sighting that names places to be the track's start? At first, and after so long unseen that what is believed says nothing.
-bool begins(const Track& track, const TrackingModels& models) { return !track.alive() || track.belief.best().place_sigma() > models.settings.anywhere; }
+/// Is a sighting that names places to be the track's start? At first, after so long unseen that what is believed says nothing, and where it is not seen
+/// although it should be.
+bool begins(const Track& track, const TrackingModels& models) {
+    return !track.alive() || track.belief.best().place_sigma() > models.settings.anywhere || is_missing(track, models.settings);
+}
 
 double take(Track& track, const Event& event, const TrackingModels& models) {
     const auto fuse = [&](const std::vector<PlaceProposal>& proposals, const auto& update_one) {
@@ -572,6 +590,7 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             if (!track.alive() && !s.proposals.empty()) start(track, s.proposals, event.time, models);
             return 0;
         }
+        double operator()(const AbsenceObservation&) const { return 0; }
         double operator()(const TimePassed&) const { return 0; }
     };
     return std::visit(Visitor{track, event, models, fuse, own_sense}, event.what);

@@ -52,6 +52,8 @@ struct Track {
     std::array<double, most_kinds> as_kind{};  // nats by which it was seen as a robot of each kind
     std::uint64_t beside = 0;                  // of a track without a name: robots of its group, a bit each, that some frame showed together with it
     double presence = 1;                       // part of the last frames of its cameras that showed it
+    double absence = 0;                        // nats, at most 0: for its being where it should be, since it was seen there last
+    Nanoseconds absent_at = never;             // when cameras said so last
     double budget = most_budget;               // nats, how far evidence may still turn the balance between hypotheses
     FixedList<SourceHealth, 12> sources;
     SenseNoise noise;                                 // of its own senses, as learned
@@ -77,6 +79,12 @@ struct PossibleName {
     double evidence = 0;    // nats for this name against no name
     Nanoseconds since = 0;  // its wheels count from here on
 };
+
+/// Cameras see where it should be, but not the robot.
+void note_absence(Track& track, const AbsenceObservation& observation, const TrackerSettings& settings);
+
+/// Is it likelier elsewhere than where it should be, since cameras do not see it there? The next sighting starts it anew.
+bool is_missing(const Track& track, const TrackerSettings& settings);
 
 /// Moves a track to a time, by odometry where there is any. Not into the past.
 void predict(Track& track, Nanoseconds time, const TrackingModels& models);

@@ -103,7 +103,7 @@ void Tracker::add(std::size_t group, const Event& event) {
     const auto run = [&](GroupState& state, const Event& e) { step(state, e, groups_[group], models_); };
     switch (buffers_[group].add(event, run)) {
         case Taken::yes:
-            if (std::holds_alternative<TimePassed>(event.what)) break;
+            if (std::holds_alternative<TimePassed>(event.what) || std::holds_alternative<AbsenceObservation>(event.what)) break;
             ++counts_.used;
             if (history_) history_->events.push_back({group, event});
             learn(group, event);
@@ -225,6 +225,15 @@ void Tracker::observe(Nanoseconds time, const std::string& camera, const Landmar
 
 void Tracker::observe(Nanoseconds time, const std::string& camera, const CornerSighting& sighting) {
     observe_onboard(time, camera, sighting, sighting.corners);
+}
+
+void Tracker::observe(Nanoseconds time, const std::string& camera, const AbsenceObservation& absence) {
+    constexpr int first_key = -1'000'000;  // before all that the camera sees
+    if (!knows_robot(absence.robot) || !is_place(absence.place) || !(absence.nats <= 0)) {
+        ++counts_.impossible;
+        return;
+    }
+    if (plausible_time(time)) add(group_of(absence.robot), {time, models_.source(camera), first_key - absence.robot, absence});
 }
 
 void Tracker::observe(const RangeObservation& range) {

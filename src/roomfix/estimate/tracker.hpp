@@ -54,6 +54,8 @@ public:
     /// Landmarks or corners in one frame of a camera on a robot of the site, with the places that the frame alone allows.
     void observe(Nanoseconds time, const std::string& camera, const LandmarkSighting& sighting);
     void observe(Nanoseconds time, const std::string& camera, const CornerSighting& sighting);
+    /// A robot that cameras do not see where it should be.
+    void observe(Nanoseconds time, const std::string& camera, const AbsenceObservation& absence);
     void observe(const RangeObservation& range);
     void observe(const RangeDifferenceObservation& difference);
     void observe(const SightingObservation& sighting);

@@ -27,6 +27,8 @@ struct TrackerSettings {
     double area = 100;         // m^2: over it wrong poses are spread
     double conviction = 10;    // nats per second: how fast evidence may turn the balance between hypotheses, and who is who
     double kidnapping = 1e-3;  // weight of a new place that contradicts the old
+    double surprise = 0.02;    // probability that a robot is not where it should be, before anybody looks
+    double hidden_for = 0.5;   // s: what hides a robot that is there goes on to do so for about as long
     double backwards = 5;      // nats per metre: how unlikely robots drive backwards where their front is unknown
 
     double start_patience = 30;  // s: after so long a robot that only hears and detects starts though its front or its place is not sure

@@ -44,6 +44,7 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     things_.clear();
     standing_.clear();
     unsure_.clear();
+    absent_.clear();
     for (const KnownRobot& robot : known) (robot.sure ? standing_ : unsure_).push_back(robot);
     open_ = wanted;
     const bool any = std::any_of(wanted.begin(), wanted.end(), [](char w) { return w != 0; });
@@ -73,7 +74,18 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     while (settle_next(false, edges)) {
     }
     settle_things();
+    note_absent();
     return found_;
+}
+
+/// Robots of which nothing shows anywhere near where they are expected.
+void BodyObserver::note_absent() {
+    constexpr double least = 1;  // nats
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (!open_[r] || !expected_[r]) continue;
+        const BodyCandidate likeliest = search_.near(moment_, bodies_[kind_of_[r]], expected_[r]->pose, expected_[r]->covariance, true);
+        if (likeliest.score < -least) absent_.push_back({static_cast<int>(r), expected_[r]->pose, likeliest.score});
+    }
 }
 
 /// What is seen, less what the robots explain that are settled from the start.

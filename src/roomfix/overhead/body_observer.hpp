@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "roomfix/observation/absence.hpp"
 #include "roomfix/observation/pose_observation.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
 #include "roomfix/overhead/body_search.hpp"
@@ -75,6 +76,8 @@ public:
                                           const Expectation& expected = {}, const EdgeJudge& edges = {});
     /// After find(): what stands there and is no robot of the site.
     const std::vector<BodyPlace>& things() const { return things_; }
+    /// After find(): robots that are not where they are expected, although the cameras see the place.
+    const std::vector<AbsenceObservation>& absent() const { return absent_; }
     /// After find(): all that explains the moment, robots known before and things among it. Things count on behind the last robot.
     std::span<const KnownRobot> standing() const { return standing_; }
     /// After find(): did the robot turn out to stand there? If not, its outline was something else's.
@@ -126,6 +129,7 @@ private:
     bool settle_thing(const BodyCandidate& thing);
     void settle_thing_first(const BodyCandidate& thing);
     void settle_things();
+    void note_absent();
     bool settle_next(bool only_expected, const EdgeJudge& edges);
     std::vector<Choice> likeliest_together(std::vector<Choice> choices) const;
     std::optional<Choice> choose() const;
@@ -156,6 +160,7 @@ private:
     std::size_t robots_ = 0;                              // of the site; behind them in kind_of_: the things
     bool watches_things_ = false;                         // not where robots come in any number: those are found by other means
     std::vector<BodyPlace> things_;
+    std::vector<AbsenceObservation> absent_;
     std::vector<BodySighting> found_;
     // Of the moment that is looked at:
     std::vector<char> open_;                        // of each robot: not settled yet

@@ -56,6 +56,7 @@ void OverheadObserver::observe(const PictureView& frame, OverheadResult& result)
     result.observations.clear();
     result.reason.clear();
     result.things.clear();
+    result.absent.clear();
     learn_from(frame);
     observe_outlines(frame.grey);
     for (const Found& found : found_) {
@@ -115,6 +116,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
             result.observations.push_back(exact ? *exact : roomfix::observation_of(sighting, bodies_.body(sighting.robot), view_));
         }
         result.things = bodies_.things();
+        result.absent = bodies_.absent();
         std::erase_if(result.observations, [&](const SilhouetteObservation& o) { return o.doubtful && !bodies_.holds(known_by_outline(o)); });
     }
     colour_background_.refresh(evidence_, 0.02f);

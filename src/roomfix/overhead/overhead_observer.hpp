@@ -59,9 +59,10 @@ struct OverheadSettings {
 /// What one frame shows.
 struct OverheadResult {
     std::vector<SilhouetteObservation> observations;
-    std::vector<BodyPlace> things;  // what stands there and is no robot of the site
-    std::string reason;             // why there is none; empty otherwise
-    bool changed = false;           // so much differs from the background that this is hardly the view it was learned from
+    std::vector<BodyPlace> things;           // what stands there and is no robot of the site
+    std::vector<AbsenceObservation> absent;  // robots that are not where they are expected
+    std::string reason;                      // why there is none; empty otherwise
+    bool changed = false;                    // so much differs from the background that this is hardly the view it was learned from
 };
 
 /// Keeps the background of one camera. Without a background given it learns from the frames it sees, better with time.

@@ -127,6 +127,7 @@ JointSighting JointBodies::find(const std::vector<FixedCamera*>& cameras, const 
         set_late(late, together.robots.back());
     }
     together.things = observer_.things();
+    together.absent = observer_.absent();
     for (FixedCamera* camera : cameras) {
         const auto& outlines = camera->outlines();
         for (std::size_t i = outlines.size(); i-- > 0;) {  // from the end: each takes only itself out of the list

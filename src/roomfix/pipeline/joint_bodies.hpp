@@ -12,7 +12,8 @@ namespace roomfix {
 struct JointSighting {
     std::string source;  // the cameras' names joined by "+"
     std::vector<PoseObservation> robots;
-    std::vector<BodyPlace> things;  // what is no robot
+    std::vector<BodyPlace> things;           // what is no robot
+    std::vector<AbsenceObservation> absent;  // robots that are not where they should be
 };
 
 class JointBodies {

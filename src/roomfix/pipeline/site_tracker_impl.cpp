@@ -93,10 +93,11 @@ Result<void> SiteTracker::Impl::process_round(const std::vector<CameraFrame>& fr
         delivery_.deliver();
     }
     for (const BodyPlace& thing : joint.things) joint.robots.push_back(observation_of(thing));
-    if (!joint.robots.empty()) {
+    if (!joint.robots.empty() || !joint.absent.empty()) {
         const std::lock_guard lock(mutex_);
         const double before = steady_now();
         tracker_.observe(frames.back().time, joint.source, joint.robots);
+        for (const AbsenceObservation& absence : joint.absent) tracker_.observe(frames.back().time, joint.source, absence);
         times_.add(Stage::track, steady_now() - before);
         make_due(frames.back().time, joint.source, looks.back() ? looks.back()->parts : LatencyParts());
     }

@@ -44,6 +44,9 @@ Sighting FixedCamera::sighting() const {
     Sighting sighting;
     sighting.sees_all = true;
     sighting.poses = poses_;
+    for (const AbsenceObservation& absence : result_.absent) {
+        if (!sees_tag_of(absence.robot)) sighting.absent.push_back(absence);
+    }
     sighting.reason = result_.reason;
     for (const TaggedRobot& tagged : tagged_) {
         TagSighting& tag = sighting.tags.emplace_back(TagSighting{tagged.robot, {}, {{tagged.fit.pose, tagged.fit.covariance, true, 1}}});

@@ -46,6 +46,7 @@ struct Sighting {
     // For the tracker:
     bool sees_all = false;               // a fixed camera: that a robot is not among `poses` says something, too
     std::vector<PoseObservation> poses;  // of robots; the index behind the last robot is what is none
+    std::vector<AbsenceObservation> absent;
     std::vector<TagSighting> tags;
     std::optional<LandmarkSighting> landmarks;
     std::optional<CornerSighting> corners;
