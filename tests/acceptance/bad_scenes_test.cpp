@@ -178,7 +178,7 @@ TEST(BadScenes, ACameraStutters) {
 
 /// One camera does not find the person as such here (docs/bodies.md); it must not take it for the robot.
 TEST(BadScenes, APersonStandsStillForTenMinutes) {
-    Scenario scenario = aisle(35, 0.2);
+    Scenario scenario = aisle(35, 0.1);
     add(scenario, robot("r1", small_box, {{5.3, 5.45}, {6.6, 5.45}, {6.6, 5.95}, {5.3, 5.95}}, 0.05));
     scenario.others.push_back(robot("", person, {{7.6, 5.7}}));
     const Replayed replayed = replay(write("person", scenario, 600, 35));

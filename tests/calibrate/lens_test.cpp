@@ -49,10 +49,10 @@ double nees_of(const LensCalibration& lens, const CameraModel& truth) {
 class Lens : public ::testing::TestWithParam<Distortion> {};
 
 TEST_P(Lens, TrueNumbersLieInsideTheStatedIntervals) {
-    // 95 % intervals of 8 to 12 numbers in 20 runs, correlated within a run: below 87 % is a false alarm in about 1e-3. Boards are exact.
+    // 95 % intervals of 8 to 12 numbers in 12 runs, correlated within a run: below 85 % is a false alarm in about 1e-3. Boards are exact.
     Random random(5 + static_cast<std::uint64_t>(GetParam()));
     const CameraModel camera = camera_of(GetParam());
-    constexpr int runs = 20;
+    constexpr int runs = 12;
     int inside = 0, all = 0;
     double squares = 0;
     for (int run = 0; run < runs; ++run) {
@@ -66,7 +66,7 @@ TEST_P(Lens, TrueNumbersLieInsideTheStatedIntervals) {
         EXPECT_NEAR(lens->sigma, 0.1, 0.015);
         EXPECT_GE(lens->used(), 14) << "one may show the board where another does, by chance\n" << text_of(*lens);
     }
-    EXPECT_GT(static_cast<double>(inside) / all, 0.87) << inside << " of " << all;
+    EXPECT_GT(static_cast<double>(inside) / all, 0.85) << inside << " of " << all;
     // Numbers of the rational lens are known together only along a curve, which no covariance describes: each alone, and the rays are.
     if (GetParam() == Distortion::rational_polynomial) return;
     EXPECT_NEAR(squares / runs, 1, 0.5);

@@ -136,7 +136,7 @@ TEST(Chou1986Experiment, OursComesNearTheBoundAndSaysHowWellItKnows) {
 
 // The goals of the papers' pages hold with lenses that were calibrated from rendered pictures of a board, and poses and mounts that were found with them.
 TEST(Reproduce, StartsFromCalibrationPictures) {
-    constexpr int shots = 25;
+    constexpr int shots = 15;
     const auto li = run_li2014({.seed = 321, .seeds = 1, .published = false, .board = {.shots = shots}});
     ASSERT_TRUE(li) << li.error().message;
     EXPECT_EQ(li->lost(), 0);

@@ -13,7 +13,7 @@ class Consistency : public testing::TestWithParam<int> {};
 /// False alarm: once in a thousand for each set of senses (band of 3.3 standard deviations), were the seeds drawn anew.
 TEST_P(Consistency, StatedCovariancesAreTrueAndErrorsNearTheBound) {
     const auto [name, senses] = all_senses()[static_cast<std::size_t>(GetParam())];
-    const ConsistencyResult r = measure_consistency(name, senses, 24, 11);
+    const ConsistencyResult r = measure_consistency(name, senses, 16, 11);
     const double wider = 3.3 / 1.96;
     EXPECT_GT(r.nees, r.dimensions - wider * (r.nees_high - r.dimensions)) << name;
     EXPECT_LT(r.nees, r.dimensions + wider * (r.nees_high - r.dimensions)) << name;
@@ -27,7 +27,7 @@ class Smoothing : public testing::TestWithParam<int> {};
 
 TEST_P(Smoothing, KnowsMoreThanTheTrackerAndStatesItTruly) {
     const auto [name, senses] = all_senses()[static_cast<std::size_t>(GetParam())];
-    const int runs = 14;
+    const int runs = 10;
     const ConsistencyResult tracked = measure_consistency(name, senses, runs, 12);
     const ConsistencyResult smoothed = measure_consistency(name, senses, runs, 12, {}, true);
     const double wider = 3.3 / 1.96;

@@ -16,10 +16,10 @@ Evidence some_evidence() {
     for (int i = 0; i < 61 * 47; ++i) {
         const int x = i % 61, y = i / 61;
         const bool shadow = x > 20 && x < 40 && y > 10 && y < 30;
-        const auto other = static_cast<std::uint8_t>(random() % 50);
-        const auto plain = static_cast<std::uint8_t>(80 - other);
-        evidence.pixels.push_back({static_cast<std::uint8_t>(other + (shadow ? 20 : 0)), plain});
-        evidence.perhaps.push_back(shadow ? 20 : 0);
+        const auto other = static_cast<std::uint16_t>(random() % 1000);
+        const auto plain = static_cast<std::uint16_t>(1600 - other);
+        evidence.pixels.push_back({static_cast<std::uint16_t>(other + (shadow ? 400 : 0)), plain});
+        evidence.perhaps.push_back(shadow ? 400 : 0);
     }
     evidence.sum_up();
     return evidence;
@@ -75,7 +75,7 @@ TEST(Evidence, WhatMayBeAShadowCountsInPartUntilABodyIsItsReason) {
     evidence.perhaps_counts = false;
     const int before = evidence.pixels[15 * 61 + 25].other;
     evidence.weigh_shadow(15 * 61 + 25, 0.5f);
-    EXPECT_EQ(evidence.pixels[15 * 61 + 25].other, before + 10);
+    EXPECT_EQ(evidence.pixels[15 * 61 + 25].other, before + 200);
     evidence.shadows_are_weighed();
     std::vector<int> covered = a_body();
     evidence.take_away(covered);

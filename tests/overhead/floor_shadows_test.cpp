@@ -28,8 +28,8 @@ Evidence doubtful_cylinder(const View& view, double height) {
     for (const Span& span : mask.spans) {
         for (int x = span.begin; x < span.end; ++x) {
             const auto i = static_cast<std::size_t>(span.y * 640 + x);
-            evidence.pixels[i] = {5, 2};
-            evidence.perhaps[i] = 50;
+            evidence.pixels[i] = {Evidence::certain / 20, Evidence::certain / 50};
+            evidence.perhaps[i] = Evidence::certain / 2;
         }
     }
     evidence.sum_up();

@@ -428,7 +428,7 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
         for (std::size_t j = 0; j < count; ++j) {
             const auto i = static_cast<std::size_t>(changed_[first + j]);
             evidence.perhaps[i] = Evidence::parts(batch.perhaps[j]);
-            evidence.light[i] = static_cast<std::int8_t>(std::clamp(level_[i] * Evidence::certain, -127.0f, 127.0f));
+            evidence.light[i] = static_cast<std::int8_t>(std::clamp(100 * level_[i], -127.0f, 127.0f));
             evidence.pixels[i] = {Evidence::parts(batch.other[j]), Evidence::parts(batch.plain[j])};
             if (evidence.perhaps_counts) evidence.pixels[i].other += evidence.counted(evidence.perhaps[i]);
             if (evidence.with_colours) evidence.as_background[i] = batch.as_background[j] - log_other;
@@ -500,7 +500,7 @@ void ColourBackground::keep_colours(Evidence& evidence) const {
 
 void ColourBackground::refresh(const Evidence& evidence, float part) {
     if (difference_.size() != mean_.size()) return;
-    constexpr int surely = 95;  // of Evidence::certain
+    constexpr int surely = 95 * Evidence::certain / 100;
     constexpr std::size_t turns = 4;
     const auto c = static_cast<std::size_t>(channels_);
     const auto line = static_cast<std::size_t>(width_);

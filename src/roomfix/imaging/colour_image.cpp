@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "roomfix/imaging/evidence.hpp"
-
 namespace roomfix {
 namespace {
+
+constexpr int widest = 640;
 
 /// Means over scale x scale pixels; what is left over at the right and at the bottom is not used.
 void shrink(const std::uint8_t* data, int width, int height, std::ptrdiff_t stride, int channels, ColourImage& image) {
@@ -39,7 +39,7 @@ void shrink(const std::uint8_t* data, int width, int height, std::ptrdiff_t stri
 
 }  // namespace
 
-int colour_scale(int frame_width) { return std::max(1, (frame_width + Evidence::widest - 1) / Evidence::widest); }
+int colour_scale(int frame_width) { return std::max(1, (frame_width + widest - 1) / widest); }
 
 void shrink_colour(const std::uint8_t* bgr, int width, int height, std::ptrdiff_t stride, ColourImage& image) {
     shrink(bgr, width, height, stride, 3, image);

@@ -4,8 +4,16 @@
 
 namespace roomfix {
 
+/// Takes a pixel into a region.
+static void widen(Evidence::Region& region, int x, int y) {
+    region.left = std::min(region.left, x);
+    region.right = std::max(region.right, x + 1);
+    region.top = std::min(region.top, y);
+    region.bottom = std::max(region.bottom, y + 1);
+}
+
 void Evidence::weigh_shadow(std::size_t pixel, float part) {
-    const std::uint8_t doubtful = perhaps[pixel];
+    const std::uint16_t doubtful = perhaps[pixel];
     if (doubtful == 0) return;
     perhaps[pixel] = scaled(doubtful, part);
     pixels[pixel].other += perhaps[pixel] - (perhaps_counts ? counted(doubtful) : 0);
@@ -35,18 +43,18 @@ void Evidence::copy_pixels(const Evidence& other) {
 }
 
 void Evidence::rule_out_shadow(std::size_t pixel) {
-    const std::uint8_t doubtful = perhaps[pixel];
+    const std::uint16_t doubtful = perhaps[pixel];
     if (doubtful == 0) return;
     Pixel& p = pixels[pixel];
     const int other = p.other - (perhaps_counts ? counted(doubtful) : 0) + doubtful;
     const int both = other + p.plain;
-    p.other = static_cast<std::uint8_t>((certain * other + both / 2) / both);
-    p.plain = static_cast<std::uint8_t>(certain - p.other);
+    p.other = static_cast<std::uint16_t>((certain * other + both / 2) / both);
+    p.plain = static_cast<std::uint16_t>(certain - p.other);
     perhaps[pixel] = 0;
 }
 
 void Evidence::take_away(std::vector<int>& from, std::vector<Change>* before) {
-    constexpr int least = 5;  // of `certain`: what counts of a shadow that is followed
+    constexpr int least = certain / 20;  // of `certain`: what counts of a shadow that is followed
     if (from.empty()) return;
     const auto keep = [&](int i) {
         const auto at = static_cast<std::size_t>(i);
@@ -57,17 +65,15 @@ void Evidence::take_away(std::vector<int>& from, std::vector<Change>* before) {
         pixels[static_cast<std::size_t>(i)] = {};
         perhaps[static_cast<std::size_t>(i)] = 0;
     }
-    int first = width * height;
-    int last = 0;
+    Region changed{width, height, 0, 0};
     while (!from.empty()) {
         const int i = from.back();
         from.pop_back();
-        first = std::min(first, i);
-        last = std::max(last, i);
         const int x = i % width;
+        widen(changed, x, i / width);
         const auto visit = [&](int next) {
             const auto at = static_cast<std::size_t>(next);
-            const std::uint8_t counts = counted(perhaps[at]);
+            const std::uint16_t counts = counted(perhaps[at]);
             if (counts < least) return;
             keep(next);
             if (perhaps_counts) pixels[at].other -= counts;
@@ -79,52 +85,58 @@ void Evidence::take_away(std::vector<int>& from, std::vector<Change>* before) {
         if (i >= width) visit(i - width);
         if (i + width < width * height) visit(i + width);
     }
-    sum_up({first / width, last / width + 1});
+    sum_up(changed);
 }
 
 void Evidence::put_back(const std::vector<Change>& before) {
     if (before.empty()) return;
-    int first = width * height;
-    int last = 0;
+    Region changed{width, height, 0, 0};
     for (auto p = before.rbegin(); p != before.rend(); ++p) {
         pixels[static_cast<std::size_t>(p->index)] = p->pixel;
         perhaps[static_cast<std::size_t>(p->index)] = p->perhaps;
-        first = std::min(first, p->index);
-        last = std::max(last, p->index);
+        widen(changed, p->index % width, p->index / width);
     }
-    sum_up({first / width, last / width + 1});
+    sum_up(changed);
 }
 
-void Evidence::sum_up(const Rows& changed) {
+void Evidence::sum_up() {
+    const auto line = static_cast<std::size_t>(width) + 1;
+    const auto across = static_cast<std::size_t>(cells(width)) + 1;
+    row_sums.resize(line * static_cast<std::size_t>(height));
+    box_sums.resize(across * static_cast<std::size_t>(cells(height) + 1));
+    for (std::size_t first = 0; first < row_sums.size(); first += line) row_sums[first] = 0;
+    std::fill_n(box_sums.begin(), across, 0);
+    sum_up({0, 0, width, height});
+}
+
+void Evidence::sum_up(const Region& changed) {
     const auto line = static_cast<std::size_t>(width) + 1;
     const auto across = static_cast<std::size_t>(cells(width));
     const auto down = static_cast<std::size_t>(cells(height));
-    row_sums.resize(line * static_cast<std::size_t>(height));
     cell_sums_.resize(across);
-    box_sums.resize((across + 1) * (down + 1));
-    for (int y = changed.begin; y < changed.end; ++y) {
+    for (int y = changed.top; y < changed.bottom; ++y) {
         const Pixel* from = pixels.data() + static_cast<std::ptrdiff_t>(y) * width;
-        std::uint32_t* row = row_sums.data() + static_cast<std::size_t>(y) * line;
-        std::uint32_t sum = 0;
-        row[0] = 0;
-        for (std::size_t x = 0; x + 1 < line; ++x) {
-            sum += static_cast<std::uint32_t>(from[x].other) << 16 | from[x].plain;
+        std::uint64_t* row = row_sums.data() + static_cast<std::size_t>(y) * line;
+        const auto right = static_cast<std::size_t>(changed.right);
+        const std::uint64_t before = row[right];
+        std::uint64_t sum = row[changed.left];
+        for (auto x = static_cast<std::size_t>(changed.left); x < right; ++x) {
+            sum += static_cast<std::uint64_t>(from[x].other) << 32 | from[x].plain;
             row[x + 1] = sum;
         }
+        // Behind it all sums change by as much.
+        for (std::size_t x = right + 1; x < line; ++x) row[x] += sum - before;
     }
-    const auto begin = static_cast<std::size_t>(changed.begin / cell);
-    const auto end = static_cast<std::size_t>(cells(changed.end));
+    const auto begin = static_cast<std::size_t>(changed.top / cell);
+    const auto end = static_cast<std::size_t>(cells(changed.bottom));
     const auto boxes_at = [&](std::size_t cy) { return box_sums.data() + cy * (across + 1); };
     last_boxes_.assign(boxes_at(end), boxes_at(end) + across + 1);
     for (std::size_t cy = begin; cy < end; ++cy) {
         std::fill(cell_sums_.begin(), cell_sums_.end(), 0);
         const std::size_t bottom = std::min((cy + 1) * cell, static_cast<std::size_t>(height));
         for (std::size_t v = cy * cell; v < bottom; ++v) {
-            const std::uint32_t* row = row_sums.data() + v * line;
-            for (std::size_t cx = 0; cx < across; ++cx) {
-                const std::uint32_t sums = row[std::min((cx + 1) * cell, line - 1)] - row[cx * cell];
-                cell_sums_[cx] += static_cast<std::uint64_t>(sums >> 16) << 32 | (sums & 0xffff);
-            }
+            const std::uint64_t* row = row_sums.data() + v * line;
+            for (std::size_t cx = 0; cx < across; ++cx) cell_sums_[cx] += row[std::min((cx + 1) * cell, line - 1)] - row[cx * cell];
         }
         const std::uint64_t* above = boxes_at(cy);
         std::uint64_t* below = boxes_at(cy + 1);

@@ -16,38 +16,36 @@ struct Evidence {
         float plain = 0;  // that they show the background in its own light
     };
 
-    /// Probabilities in parts of `certain`: sums are exact, and a picture's lie in the processor's cache.
+    /// Probabilities in parts of `certain`: sums of whole numbers are exact.
     struct Pixel {
-        std::uint8_t other = 0;
-        std::uint8_t plain = 0;
+        std::uint16_t other = 0;
+        std::uint16_t plain = 0;
 
         bool operator==(const Pixel&) const = default;
     };
-    static constexpr int certain = 100;
+    static constexpr int certain = 2000;
 
-    /// begin <= y < end.
-    struct Rows {
-        int begin = 0;
-        int end = 0;
+    /// left <= x < right, top <= y < bottom.
+    struct Region {
+        int left = 0, top = 0, right = 0, bottom = 0;
     };
     /// A pixel as it was.
     struct Change {
         int index = 0;
         Pixel pixel;
-        std::uint8_t perhaps = 0;
+        std::uint16_t perhaps = 0;
     };
-    static constexpr int cell = 4;      // px, edge of the squares that boxes are counted in
-    static constexpr int widest = 640;  // px: sums of a row have 16 bits
+    static constexpr int cell = 4;  // px, edge of the squares that boxes are counted in
 
     int width = 0;
     int height = 0;
-    int scale = 1;                      // pixels of the frame per pixel here
-    std::vector<Pixel> pixels;          // row-major
-    std::vector<std::uint8_t> perhaps;  // of each pixel, in parts of `certain`: it may as well be a shadow as something else. `perhaps_part` of it is ...
-    bool perhaps_counts = true;         // ... part of `other`; false: not yet
+    int scale = 1;                       // pixels of the frame per pixel here
+    std::vector<Pixel> pixels;           // row-major
+    std::vector<std::uint16_t> perhaps;  // of each pixel, in parts of `certain`: it may as well be a shadow as something else. `perhaps_part` of it is ...
+    bool perhaps_counts = true;          // ... part of `other`; false: not yet
     float perhaps_part = 1;
-    std::vector<std::int8_t> light;       // of each pixel that is not plainly the background: log of its light over the background's, in parts of `certain`
-    std::vector<std::uint32_t> row_sums;  // (width + 1) per row: of all pixels to the left; `other` in the upper half, `plain` in the lower
+    std::vector<std::int8_t> light;       // of each pixel that is not plainly the background: hundredths of the log of its light over the background's
+    std::vector<std::uint64_t> row_sums;  // (width + 1) per row: of all pixels to the left; `other` in the upper half, `plain` in the lower
     std::vector<std::uint64_t> box_sums;  // (cells across + 1) x (cells down + 1): of all cells above and to the left, in the same way
     double clutter = 0;                   // part of what the picture tells that is something else
 
@@ -62,14 +60,11 @@ struct Evidence {
     /// Of one pixel.
     Sums at(std::size_t pixel) const { return {part_of(pixels[pixel].other), part_of(pixels[pixel].plain)}; }
     /// Over the pixels begin <= x < end of a row.
-    Sums run(int y, int begin, int end) const {
-        const std::uint32_t sums = packed_run(y, begin, end);
-        return {part_of(sums >> 16), part_of(sums & 0xffff)};
-    }
+    Sums run(int y, int begin, int end) const { return unpacked(packed_run(y, begin, end)); }
     /// The same in parts of `certain`, `other` in the upper half.
-    std::uint32_t packed_run(int y, int begin, int end) const {
-        const std::uint32_t* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
-        return row[end] - row[begin];  // of the halves none is less at the end
+    std::uint64_t packed_run(int y, int begin, int end) const {
+        const std::uint64_t* row = row_sums.data() + static_cast<std::ptrdiff_t>(y) * (width + 1);
+        return row[end] - row[begin];
     }
     /// Over all cells that left <= x < right, top <= y < bottom touches.
     Sums box(int left, int top, int right, int bottom) const {
@@ -90,21 +85,21 @@ struct Evidence {
     void shadows_are_weighed();
     /// A pixel that shows no shadow: it is something else or the background in its own light. The sums have to be filled anew.
     void rule_out_shadow(std::size_t pixel);
-    /// Fills the sums from `pixels`, of which only some rows have changed.
-    void sum_up(const Rows& changed);
+    /// Fills the sums from `pixels`, of which only a region has changed.
+    void sum_up(const Region& changed);
     /// Takes over what another one says of its pixels, but not the sums.
     void copy_pixels(const Evidence& other);
     /// Fills all sums.
-    void sum_up() { sum_up({0, height}); }
+    void sum_up();
 
     /// Sums in parts of `certain`, `other` in the upper half.
     static Sums unpacked(std::uint64_t sums) { return {part_of(sums >> 32), part_of(sums & 0xffffffff)}; }
     static int cells(int length) { return (length + cell - 1) / cell; }
     /// What of a pixel's `perhaps` is part of `other`, once it counts.
-    std::uint8_t counted(std::uint8_t doubtful) const { return scaled(doubtful, perhaps_part); }
-    static std::uint8_t scaled(std::uint8_t parts, float by) { return static_cast<std::uint8_t>(by * static_cast<float>(parts) + 0.5f); }
+    std::uint16_t counted(std::uint16_t doubtful) const { return scaled(doubtful, perhaps_part); }
+    static std::uint16_t scaled(std::uint16_t parts, float by) { return static_cast<std::uint16_t>(by * static_cast<float>(parts) + 0.5f); }
     /// A probability in parts of `certain`.
-    static std::uint8_t parts(float probability) { return static_cast<std::uint8_t>(probability * certain + 0.5f); }
+    static std::uint16_t parts(float probability) { return static_cast<std::uint16_t>(probability * certain + 0.5f); }
 
 private:
     static float part_of(std::uint64_t parts) { return static_cast<float>(parts) / certain; }

@@ -170,9 +170,9 @@ private:
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
     std::vector<PoseObservation> known_things_;     // where things should be that are no robots
     PlaceMemory memory_;
-    std::vector<int> covered_;                                  // pixels of the robot that is taken away
-    std::vector<std::pair<std::size_t, std::uint8_t>> spared_;  // pixels of other outlines and what of them may be a shadow
-    std::vector<std::vector<Evidence::Change>> on_trial_;       // of each camera, as they were before
+    std::vector<int> covered_;                                   // pixels of the robot that is taken away
+    std::vector<std::pair<std::size_t, std::uint16_t>> spared_;  // pixels of other outlines and what of them may be a shadow
+    std::vector<std::vector<Evidence::Change>> on_trial_;        // of each camera, as they were before
     long searches_ = 0;
 };
 

@@ -8,8 +8,8 @@ namespace roomfix {
 namespace {
 
 constexpr int cell = Evidence::cell;
-constexpr int least_doubtful = 120;  // parts of Evidence::certain, sum over a cell: for a look at the other cameras
-constexpr int reach = 1;             // px around the place in the other camera: calibrations are not exact
+constexpr int least_doubtful = 6 * Evidence::certain / 5;  // parts of Evidence::certain, sum over a cell: for a look at the other cameras
+constexpr int reach = 1;                                   // px around the place in the other camera: calibrations are not exact
 
 /// Pixels of the small picture.
 struct Square {
@@ -33,7 +33,7 @@ int doubtful_in(const Evidence& evidence, const Square& square) {
 float light_in(const Evidence& evidence, const Square& square) {
     int sum = 0;
     square.for_each(evidence.width, [&](std::size_t pixel) { sum += evidence.light[pixel]; });
-    return static_cast<float>(sum) / static_cast<float>(Evidence::certain * (square.right - square.left) * (square.bottom - square.top));
+    return static_cast<float>(sum) / static_cast<float>(100 * (square.right - square.left) * (square.bottom - square.top));
 }
 
 /// Does no wall stand between the camera and a place on the floor?

@@ -31,14 +31,9 @@ double log_evidence(const SampleCount& s, double filled, double open) { return l
 double log_of_sum(double a, double b) { return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b))); }
 
 Evidence::Sums sum_over(const Evidence& evidence, const BodyMask& mask, int step) {
-    std::uint64_t other = 0, plain = 0;
-    for (const Span& span : mask.spans) {
-        const std::uint32_t run = evidence.packed_run(span.y, span.begin, span.end);
-        other += run >> 16;
-        plain += run & 0xffff;
-    }
-    const auto rows = static_cast<std::uint64_t>(step);
-    return Evidence::unpacked(rows * other << 32 | rows * plain);
+    std::uint64_t sums = 0;
+    for (const Span& span : mask.spans) sums += evidence.packed_run(span.y, span.begin, span.end);
+    return Evidence::unpacked(sums * static_cast<std::uint64_t>(step));
 }
 
 /// What differs around the body, and a little of the whole picture's share.
