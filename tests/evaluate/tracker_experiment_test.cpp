@@ -13,7 +13,7 @@ class Consistency : public testing::TestWithParam<int> {};
 /// False alarm: once in a thousand for each set of senses (band of 3.3 standard deviations), were the seeds drawn anew.
 TEST_P(Consistency, StatedCovariancesAreTrueAndErrorsNearTheBound) {
     const auto [name, senses] = all_senses()[static_cast<std::size_t>(GetParam())];
-    const ConsistencyResult r = measure_consistency(name, senses, 16, 11);
+    const ConsistencyResult r = measure_consistency(name, senses, 12, 11);
     const double wider = 3.3 / 1.96;
     EXPECT_GT(r.nees, r.dimensions - wider * (r.nees_high - r.dimensions)) << name;
     EXPECT_LT(r.nees, r.dimensions + wider * (r.nees_high - r.dimensions)) << name;

@@ -84,6 +84,27 @@ void box_mean(const std::vector<float>& from, int width, int height, std::vector
     }
 }
 
+/// Of each pixel: the mean of the channels' differences, that of what is seen, and the sum of the squares of the differences over their noise. The arrays do
+/// not overlap: several pixels go at once.
+template <std::size_t channels>
+void measure_levels(std::size_t count, const float* __restrict difference, const float* __restrict mean, const float* __restrict inverse_noise,
+                    float* __restrict level, float* __restrict seen, float* __restrict squares) {
+    constexpr float share = 1.0f / channels;
+    for (std::size_t i = 0; i < count; ++i) {
+        float sum = 0, sum_of_squares = 0;
+        for (std::size_t k = 0; k < channels; ++k) {
+            const float d = difference[channels * i + k];
+            sum += d;
+            sum_of_squares += d * d;
+        }
+        float sum_seen = sum;
+        for (std::size_t k = 0; k < channels; ++k) sum_seen += mean[channels * i + k];
+        level[i] = sum * share;
+        seen[i] = sum_seen * share;
+        squares[i] = sum_of_squares * inverse_noise[i] * inverse_noise[i];
+    }
+}
+
 }  // namespace
 
 /// Some changed pixels side by side, so that loops over them run several at once.
@@ -342,29 +363,12 @@ bool ColourBackground::compare(const ColourImage& frame, Evidence& evidence) {
 
 /// What of a frame is not plainly its background.
 void ColourBackground::find_changed() {
-    const auto c = static_cast<std::size_t>(channels_);
-    const float share = 1 / static_cast<float>(channels_);
     const std::size_t count = pixels();
     level_.resize(count);
     seen_.resize(count);
     squares_.resize(count);
-    if (c == 1) {
-        for (std::size_t i = 0; i < count; ++i) {
-            level_[i] = difference_[i];
-            seen_[i] = difference_[i] + mean_[i];
-            const float off = difference_[i] * inverse_noise_[i];
-            squares_[i] = off * off;
-        }
-    } else {
-        for (std::size_t i = 0; i < count; ++i) {
-            const float* d = difference_.data() + 3 * i;
-            const float* m = mean_.data() + 3 * i;
-            const float sum = d[0] + d[1] + d[2];
-            level_[i] = sum * share;
-            seen_[i] = (sum + m[0] + m[1] + m[2]) * share;
-            squares_[i] = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * inverse_noise_[i] * inverse_noise_[i];
-        }
-    }
+    const auto measure = channels_ == 1 ? measure_levels<1> : measure_levels<3>;
+    measure(count, difference_.data(), mean_.data(), inverse_noise_.data(), level_.data(), seen_.data(), squares_.data());
     changed_.resize(count);
     std::size_t kept = 0;
     const auto limit = static_cast<float>(channels_);
@@ -376,9 +380,8 @@ void ColourBackground::find_changed() {
 }
 
 /// How far a pixel's level is off that of the window around it or, at the border of something even, of the one beside it that is nearest.
-float ColourBackground::unevenness(const std::vector<float>& levels, const std::vector<float>& means, int i) const {
-    const int x = i % width_;
-    const int y = i / width_;
+float ColourBackground::unevenness(const std::vector<float>& levels, const std::vector<float>& means, int x, int y) const {
+    const int i = y * width_ + x;
     const float level = levels[static_cast<std::size_t>(i)];
     const auto off = [&](int at) { return std::abs(level - means[static_cast<std::size_t>(at)]); };
     const int left = std::min(light_window, x), right = std::min(light_window, width_ - 1 - x);
@@ -437,11 +440,12 @@ void ColourBackground::judge_pixels(Evidence& evidence) {
 }
 
 void ColourBackground::judge(Batch& batch) const {
+    const EvidenceSettings settings = settings_;  // a copy that nothing written below can change: then several pixels go at once
     const auto channels = static_cast<float>(channels_);
-    const float share_same = 1 - settings_.share_lit - settings_.share_other;
-    const float other = settings_.share_other * std::pow(settings_.other_range, -channels);
-    const float colour_variance = settings_.light_colour * settings_.light_colour;
-    const float log_range = std::log(settings_.brightest - settings_.darkest);
+    const float share_same = 1 - settings.share_lit - settings.share_other;
+    const float other = settings.share_other * std::pow(settings.other_range, -channels);
+    const float colour_variance = settings.light_colour * settings.light_colour;
+    const float log_range = std::log(settings.brightest - settings.darkest);
     // Of one colour with the background.
     const float one_colour = channels_ > 1 ? -0.5f / colour_variance : 0;
     const float colours = channels_ > 1 ? -(channels - 1) * (0.5f * log_two_pi + 0.5f * std::log(colour_variance)) : 0;
@@ -450,23 +454,23 @@ void ColourBackground::judge(Batch& batch) const {
         const float log_rough = fast_log(rough) + 0.5f * log_two_pi;
         const float inverse = 0.5f / (rough * rough);
         const float same = share_same * fast_exp(-0.5f * batch.squares[j] - channels * (0.5f * log_two_pi + batch.log_sigma[j]));
-        const float beyond = std::max(std::max(settings_.darkest - batch.around[j], batch.around[j] - settings_.brightest), 0.0f);
-        const float ends = beyond / settings_.light_spread;
+        const float beyond = std::max(std::max(settings.darkest - batch.around[j], batch.around[j] - settings.brightest), 0.0f);
+        const float ends = beyond / settings.light_spread;
         const float log_alike = one_colour * batch.colour[j] + colours;
         const float log_lit = -inverse * batch.uneven[j] * batch.uneven[j] - 0.5f * ends * ends - log_rough - log_range + log_alike;
         // Does the background's structure go on here in another light? That it does not says less: dark and worn floors lose theirs, too.
-        const float structure = std::min(std::max(settings_.structure_weight * batch.structure[j] * window_pixels, 0.0f), settings_.most_structure);
-        const float lit = settings_.share_lit * fast_exp(log_lit + structure);
+        const float structure = std::min(std::max(settings.structure_weight * batch.structure[j] * window_pixels, 0.0f), settings.most_structure);
+        const float lit = settings.share_lit * fast_exp(log_lit + structure);
         // Something else has any colour, or the background's; its surface may be as even as a shadow, but then in itself and not beside the background.
         const float log_even = -inverse * batch.even[j] * batch.even[j] - log_rough + log_alike;
-        const float part = settings_.even_things;
-        const float something = other * (1 - part) + part * settings_.share_other / settings_.other_range * fast_exp(log_even);
+        const float part = settings.even_things;
+        const float something = other * (1 - part) + part * settings.share_other / settings.other_range * fast_exp(log_even);
         const float sum = something + same + lit;
         const float floor = 1 - fast_exp(-structure);  // a shadow on the background is the background
         batch.perhaps[j] = std::min(something, lit) / sum;
         batch.other[j] = std::max(something - lit, 0.0f) / sum;
         batch.plain[j] = (same + floor * std::max(lit - something, 0.0f)) / sum;
-        batch.as_background[j] = fast_log(std::max((same + lit) / (1 - settings_.share_other), 1e-30f));
+        batch.as_background[j] = fast_log(std::max((same + lit) / (1 - settings.share_other), 1e-30f));
     }
 }
 
@@ -479,10 +483,13 @@ void ColourBackground::compare_structure() {
     uneven_.resize(pixels());
     even_.resize(pixels());
     structure_.assign(pixels(), 0.0f);
-    for (const int at : changed_) {
+    int y = 0;
+    for (const int at : changed_) {  // row by row
+        while (at >= (y + 1) * width_) ++y;
+        const int x = at - y * width_;
         const auto i = static_cast<std::size_t>(at);
-        uneven_[i] = unevenness(level_, around_, at);
-        even_[i] = unevenness(seen_, around_seen_, at);
+        uneven_[i] = unevenness(level_, around_, x, y);
+        even_[i] = unevenness(seen_, around_seen_, x, y);
         const float rough = roughness(i);
         structure_[i] =
             std::clamp(0.5f * (even_[i] * even_[i] - uneven_[i] * uneven_[i]) / (rough * rough), -settings_.pixel_structure, settings_.pixel_structure);

@@ -63,7 +63,7 @@ private:
     void add_shift_noise();
     void subtract_light(int across, int down, std::vector<float>& difference);
     void find_changed();
-    float unevenness(const std::vector<float>& levels, const std::vector<float>& means, int i) const;
+    float unevenness(const std::vector<float>& levels, const std::vector<float>& means, int x, int y) const;
     float roughness(std::size_t i) const;
     void compare_structure();
     void judge_pixels(Evidence& evidence);
