@@ -552,6 +552,19 @@ TEST(Tracker, AStrangerThatNoFrameShowsBesideARobotDoesNotTakeItsSightings) {
     }
 }
 
+TEST(Tracker, NamesWhereSomethingLikeARobotIsSeenWhileAllAreFollowedElsewhere) {
+    Tracker tracker(site_of({robot_of("r1", Box{0.5, 0.4, 0.4}), robot_of("r2", Box{0.5, 0.4, 0.4})}));
+    const auto show = [&](double t, std::vector<PoseObservation> robots) { tracker.observe(from_seconds(t), "hall", robots); };
+    for (int i = 0; i < 30; ++i) show(0.1 * i, {place(1, 2), place(4, 2, 0.01, 1)});
+    EXPECT_TRUE(tracker.nameless(from_seconds(2.9)).empty());
+    for (int i = 30; i < 33; ++i) show(0.1 * i, {place(1, 2), place(4, 2, 0.01, 1), place(6, 5)});
+    const auto nameless = tracker.nameless(from_seconds(3.2));
+    ASSERT_EQ(nameless.size(), 1U);
+    EXPECT_NEAR(nameless[0].pose.x, 6, 0.1);
+    EXPECT_NEAR(nameless[0].pose.y, 5, 0.1);
+    EXPECT_EQ(tracker.expected(from_seconds(3.2)).size(), 2U) << "each robot is expected at one place";
+}
+
 TEST(Tracker, KeepsTheNamesOfLookAlikesThatNothingTellsApartAndSaysThatTheyAreChance) {
     Tracker tracker(site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})}));
     double y_of_r1 = -1;

@@ -335,6 +335,18 @@ std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds ti
     return expected;
 }
 
+std::vector<PoseObservation> nameless_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
+    std::vector<PoseObservation> nameless;
+    const std::vector<Track>& tracks = state.associations.front().tracks;
+    const std::vector<int> guessed = guess_names(tracks, group);
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        if (!tracks[t].alive() || tracks[t].named || guessed[t] >= 0) continue;
+        const Fix fix = fix_of(tracks[t], time, models);
+        if (fix.status != FixStatus::none) nameless.push_back({tracks[t].robot, fix.pose, fix.yaw_known, fix.covariance});
+    }
+    return nameless;
+}
+
 double identity_probability(const GroupState& state, const Track& track) {
     double agreeing = 0;
     double all = 0;

@@ -57,6 +57,9 @@ std::vector<Fix> fixes_at(const GroupState& state, Nanoseconds time, const Group
 /// Where robots of the group should be seen at a time not before the state's, those without a name among them: these count as robots that are not followed.
 std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models);
 
+/// Where something should be seen that looks like a robot of the group, while all of them are followed elsewhere.
+std::vector<PoseObservation> nameless_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models);
+
 /// Probability that the robot's name is right, 0..1: the weight of all associations that put it there.
 double identity_probability(const GroupState& state, const Track& track);
 

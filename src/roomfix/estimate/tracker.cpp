@@ -357,6 +357,16 @@ std::vector<PoseObservation> Tracker::expected(Nanoseconds time) const {
     return all;
 }
 
+std::vector<PoseObservation> Tracker::nameless(Nanoseconds time) const {
+    std::vector<PoseObservation> all;
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        if (groups_[g].many || groups_[g].alone() || buffers_[g].empty()) continue;
+        const auto some = nameless_at(buffers_[g].newest(), time, groups_[g], models_);
+        all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+}
+
 std::vector<Fix> Tracker::fixes(Nanoseconds time) const {
     std::vector<Fix> all;
     for (std::size_t g = 0; g < groups_.size(); ++g) {

@@ -72,6 +72,8 @@ public:
     std::optional<PoseObservation> expected(int robot, Nanoseconds time) const;
     /// The same of all robots that are followed, and of look-alikes that have no name yet: each of these as one that is not followed.
     std::vector<PoseObservation> expected(Nanoseconds time) const;
+    /// Where something should be seen that looks like one of several robots, while all of these are followed elsewhere: one of them may be lost.
+    std::vector<PoseObservation> nameless(Nanoseconds time) const;
     /// All robots at a time; into the past as far as the lag reaches.
     std::vector<Fix> fixes(Nanoseconds time) const;
     /// What is believed of a robot in detail; nothing if it is not tracked.

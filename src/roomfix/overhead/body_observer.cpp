@@ -55,6 +55,7 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
         if (well) expected_[static_cast<std::size_t>(e.robot)] = &e;
     }
     known_things_ = expected.things;
+    nameless_ = expected.nameless;
     begin_moment(cameras);
     look_for_things(expected);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
@@ -101,15 +102,20 @@ void BodyObserver::begin_moment(std::span<const SeenBy> cameras) {
     for (const KnownRobot& robot : standing_) take_away(robot.pose, body(robot.robot));
 }
 
-/// Candidates where robots of a kind should be.
+/// Candidates where robots of a kind should be, and where something like them was seen.
 void BodyObserver::look_where_expected(std::size_t kind) {
-    for (std::size_t r = 0; r < open_.size(); ++r) {
-        if (!open_[r] || kind_of_[r] != kind || !expected_[r]) continue;
-        const BodyCandidate found = search_.near(moment_, bodies_[kind], expected_[r]->pose, expected_[r]->covariance);
+    const auto look_at = [&](const PoseObservation& place) {
+        const BodyCandidate found = search_.near(moment_, bodies_[kind], place.pose, place.covariance);
         const bool known = std::any_of(candidates_[kind].begin(), candidates_[kind].end(), [&](const BodyCandidate& c) {
             return std::hypot(c.pose.x - found.pose.x, c.pose.y - found.pose.y) < settings_.search.least_place_sigma;
         });
         if (found.score > 1 && !known) candidates_[kind].push_back(found);
+    };
+    for (std::size_t r = 0; r < open_.size(); ++r) {
+        if (open_[r] && kind_of_[r] == kind && expected_[r]) look_at(*expected_[r]);
+    }
+    for (const PoseObservation& place : nameless_) {
+        if (kind_of_[static_cast<std::size_t>(place.robot)] == kind && is_open(kind)) look_at(place);
     }
     weigh_by_prior(kind);
 }

@@ -34,8 +34,9 @@ KnownRobot known_by_outline(const SilhouetteObservation& outline);
 
 /// What is known before a moment is looked at.
 struct Expectation {
-    std::vector<PoseObservation> things;  // where things should be that are no robots
-    std::vector<PoseObservation> robots;  // where robots should be by all that was seen of them before: they are looked for there first
+    std::vector<PoseObservation> things;    // where things should be that are no robots
+    std::vector<PoseObservation> robots;    // where robots should be by all that was seen of them before: they are looked for there first
+    std::vector<PoseObservation> nameless;  // where something like one of them was seen while all of them are expected elsewhere: tried as well
     // Everywhere, too:
     bool search = true;           // for robots that nobody expects anywhere or that are not where they are expected, and for things
     bool search_outlines = true;  // for exact robots behind others
@@ -168,6 +169,7 @@ private:
     std::vector<KnownRobot> standing_;              // robots that are settled
     std::vector<KnownRobot> strange_;               // where bodies were found that have not the robots' edges
     std::vector<const PoseObservation*> expected_;  // of each robot; null: anywhere
+    std::vector<PoseObservation> nameless_;         // where something like a robot was seen
     std::vector<PoseObservation> known_things_;     // where things should be that are no robots
     PlaceMemory memory_;
     std::vector<int> covered_;                                   // pixels of the robot that is taken away

@@ -151,6 +151,7 @@ FrameHints SiteTracker::Impl::hints_for(const CameraPipeline& camera, Nanosecond
     if (const FixedCamera* fixed = camera.fixed()) {
         hints.elsewhere = robots_elsewhere(fixed->view(), time);
         hints.robots.robots = tracker_.expected(time);
+        hints.robots.nameless = tracker_.nameless(time);
         hints.robots.things = expected_things(time);
     }
     if (camera.robot() < 0) return hints;
