@@ -320,31 +320,29 @@ std::vector<int> guess_names(const std::vector<Track>& tracks, const Group& grou
     return names;
 }
 
+/// Where the tracks of the association that is shown should be seen: those that are, or are guessed to be, one of the robots, or the others.
+std::vector<PoseObservation> places_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models, bool of_robots) {
+    std::vector<PoseObservation> places;
+    const std::vector<Track>& tracks = state.associations.front().tracks;
+    const std::vector<int> guessed = guess_names(tracks, group);
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        const bool is_robot = tracks[t].named || guessed[t] >= 0;
+        if (!tracks[t].alive() || is_robot != of_robots) continue;
+        const Fix fix = fix_of(tracks[t], time, models);
+        const int robot = tracks[t].named || !is_robot ? tracks[t].robot : guessed[t];
+        if (fix.status != FixStatus::none) places.push_back({robot, fix.pose, fix.yaw_known, fix.covariance});
+    }
+    return places;
+}
+
 }  // namespace
 
 std::vector<PoseObservation> expected_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    std::vector<PoseObservation> expected;
-    const std::vector<Track>& tracks = state.associations.front().tracks;
-    const std::vector<int> guessed = guess_names(tracks, group);
-    for (std::size_t t = 0; t < tracks.size(); ++t) {
-        const int robot = tracks[t].named ? tracks[t].robot : guessed[t];
-        if (!tracks[t].alive() || robot < 0) continue;
-        const Fix fix = fix_of(tracks[t], time, models);
-        if (fix.status != FixStatus::none) expected.push_back({robot, fix.pose, fix.yaw_known, fix.covariance});
-    }
-    return expected;
+    return places_at(state, time, group, models, true);
 }
 
 std::vector<PoseObservation> nameless_at(const GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    std::vector<PoseObservation> nameless;
-    const std::vector<Track>& tracks = state.associations.front().tracks;
-    const std::vector<int> guessed = guess_names(tracks, group);
-    for (std::size_t t = 0; t < tracks.size(); ++t) {
-        if (!tracks[t].alive() || tracks[t].named || guessed[t] >= 0) continue;
-        const Fix fix = fix_of(tracks[t], time, models);
-        if (fix.status != FixStatus::none) nameless.push_back({tracks[t].robot, fix.pose, fix.yaw_known, fix.covariance});
-    }
-    return nameless;
+    return places_at(state, time, group, models, false);
 }
 
 double identity_probability(const GroupState& state, const Track& track) {
