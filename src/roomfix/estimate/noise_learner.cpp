@@ -14,6 +14,7 @@ constexpr double doubted = 260;  // s: so long after the start it is asked wheth
 // Nats that a rival may be behind before its own noise is sought.
 constexpr double least_promise = 10, promise_per_event = 0.5;
 constexpr double clearly_better = 3;  // nats
+constexpr double same_place = 9;      // squared distance: two that are nearer to each other are one
 
 SensedKinds kinds_of(const std::vector<Event>& events, int robot, const TrackingModels& models) {
     SensedKinds kinds;
@@ -49,12 +50,13 @@ void adopt(Track& track, const TrackingModels& models) {
     for (Hypothesis& h : track.belief.hypotheses) {
         for (std::size_t i = 0; i < h.belief.slow.size(); ++i) {
             SlowState& slow = h.belief.slow[i];
-            const auto sigma = sigma_of(slow, track, models);
-            if (!sigma) continue;
+            const auto error = learned_error(slow, track, models);
+            if (!error) continue;
+            slow.per_metre = error->per_metre;
             const int state = core_states + static_cast<int>(i);
             // It cannot be known worse than before anything was known.
             const double now = h.belief.covariance(state, state);
-            const double variance = std::max(*sigma * *sigma, 1e-10);
+            const double variance = std::max(error->sigma * error->sigma, 1e-10);
             if (now > variance) {
                 const double shrink = std::sqrt(variance / now);
                 h.belief.covariance.row(state).head(h.belief.size) *= shrink;
@@ -79,7 +81,7 @@ void NoiseLearner::begin(const Track& track) {
     learned_once_ = false;
     origin_ = track;
     if (before_) origin_.noise = *before_;
-    noise_ = track.noise;
+    noise_ = first_noise_ = track.noise;
     events_.clear();
     learned_ = track.time;
 }
@@ -139,13 +141,15 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
 /// that are not the origin now, the likeliest first.
 std::vector<NoiseLearner::Rival> NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count,
                                                               const TrackingModels& models) {
-    constexpr std::size_t tried = 2;
+    constexpr std::size_t tried = 3;
     const auto search_from = [&](const Track& track, const auto& use) {
         const NoiseSearch::Evidence evidence_there = [&](const SenseNoise& noise) { return evidence(track, noise, count, models, nullptr); };
         use(NoiseSearch(kinds, before_, evidence_there));
     };
     std::vector<Rival> all;
-    for (const Track& track : rivals(count, models)) {
+    std::vector<Track> starts = rivals(count, models);
+    for (const Track& track : rivals_anywhere(count, models)) starts.push_back(track);
+    for (const Track& track : starts) {
         search_from(track, [&](const NoiseSearch& search) {
             SenseNoise like_ours = found.noise;
             like_ours.receiver.stretch.depth = track.noise.receiver.stretch.depth;
@@ -156,8 +160,12 @@ std::vector<NoiseLearner::Rival> NoiseLearner::compare_rivals(NoiseSearch::Resul
     const auto likelier = [](const Rival& a, const Rival& b) { return a.result.log_density > b.result.log_density; };
     std::stable_sort(all.begin(), all.end(), likelier);
     const double promising = least_promise + promise_per_event * static_cast<double>(count);
-    for (std::size_t i = 0; i < std::min(all.size(), tried); ++i) {
+    std::vector<Belief> sought;
+    for (std::size_t i = 0; i < all.size() && sought.size() < tried; ++i) {
         if (all[i].result.log_density < found.log_density - promising) break;
+        const Belief& start = all[i].track.belief.best();
+        if (std::any_of(sought.begin(), sought.end(), [&](const Belief& other) { return pose_distance(other, start) < same_place; })) continue;
+        sought.push_back(start);
         search_from(all[i].track, [&](const NoiseSearch& search) {
             all[i].result = search.best(all[i].result.noise);
             if (all[i].result.log_density < found.log_density + clearly_better) return;
@@ -173,20 +181,21 @@ std::vector<NoiseLearner::Rival> NoiseLearner::compare_rivals(NoiseSearch::Resul
 Eigen::Matrix3d NoiseLearner::doubt_of(const Track& end, double log_density, const std::vector<Rival>& rivals, std::size_t count,
                                        const TrackingModels& models) const {
     constexpr double out_of_the_question = 7;  // nats
-    constexpr double same = 9;                 // squared distance: two that are nearer to each other are one
+    // What is sensed errs in ways that no noise here describes, and for long in the same: of what makes one place likelier than another so much is believed.
+    constexpr double believed = 0.33;
     constexpr std::size_t most = 6;
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
     double weights = 1;
     std::vector<Belief> others = {end.belief.best()};
     for (const Rival& rival : rivals) {
-        if (others.size() > most || rival.result.log_density < log_density - out_of_the_question) break;
+        if (others.size() > most || believed * (rival.result.log_density - log_density) < -out_of_the_question) break;
         Track there;
         evidence(rival.track, rival.result.noise, count, models, &there);
         if (!there.alive()) continue;
         const Belief& other = there.belief.best();
-        if (std::any_of(others.begin(), others.end(), [&](const Belief& known) { return pose_distance(known, other) < same; })) continue;
+        if (std::any_of(others.begin(), others.end(), [&](const Belief& known) { return pose_distance(known, other) < same_place; })) continue;
         others.push_back(other);
-        const double weight = std::exp(std::min(rival.result.log_density - log_density, 0.0));
+        const double weight = std::exp(std::min(believed * (rival.result.log_density - log_density), 0.0));
         Eigen::Vector3d off = other.mean.head<3>() - end.belief.best().mean.head<3>();
         off.z() = wrap_angle(off.z());
         weights += weight;
@@ -212,6 +221,52 @@ std::vector<Track> NoiseLearner::rivals(std::size_t count, const TrackingModels&
         }
     }
     return all;
+}
+
+/// The same, wherever it can have been: the more of them have to be followed, the fewer events they are compared by at first.
+std::vector<Track> NoiseLearner::rivals_anywhere(std::size_t count, const TrackingModels& models) const {
+    constexpr std::size_t first_events = 12, enough = 400, left = 5, kept_of = 3;
+    constexpr double nearby = 1;  // s: by what was heard so near to the origin's time
+    std::optional<Heard> nearest;
+    const auto offer = [&](const Heard& heard) {
+        const auto away = [&](const Heard& h) { return std::abs(to_seconds(time_of(h) - origin_.time)); };
+        if (away(heard) < nearby && (!nearest || away(heard) < away(*nearest))) nearest = heard;
+    };
+    for (const Heard& heard : origin_.heard) offer(heard);
+    for (std::size_t i = 0; i < std::min(count, first_events); ++i) {
+        if (const auto heard = heard_in(events_[i])) offer(*heard);
+    }
+    if (!nearest) return {};
+    struct Candidate {
+        PlaceProposal place;
+        bool depth = false;
+        double log_density = 0;
+    };
+    std::vector<Candidate> candidates;
+    for (const bool depth : {false, true}) {
+        for (const PlaceProposal& place : places_around(*nearest, depth, models)) candidates.push_back({place, depth});
+    }
+    const auto started = [&](const Candidate& candidate) { return started_elsewhere(origin_, candidate.place, candidate.depth, models); };
+    for (std::size_t compared = first_events; candidates.size() > left; compared *= 2) {
+        const std::size_t some = std::min({compared, count, enough});
+        for (Candidate& candidate : candidates) {
+            const Track track = started(candidate);
+            SenseNoise noise = first_noise_;
+            noise.receiver.stretch.depth = track.noise.receiver.stretch.depth;
+            noise.detector.stretch.depth = track.noise.detector.stretch.depth;
+            candidate.log_density = evidence(track, noise, some, models, nullptr);
+        }
+        std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.log_density > b.log_density; });
+        candidates.resize(std::max(left, some < std::min(count, enough) ? candidates.size() / kept_of : left));
+    }
+    std::vector<Track> tracks;
+    for (const Candidate& candidate : candidates) {
+        tracks.push_back(started(candidate));
+        const bool depth = candidate.depth;
+        tracks.back().noise = first_noise_;
+        tracks.back().noise.receiver.stretch.depth = tracks.back().noise.detector.stretch.depth = depth ? 1 : 0;
+    }
+    return tracks;
 }
 
 /// Moves the origin on past the first `count` events.

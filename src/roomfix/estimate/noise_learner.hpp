@@ -35,10 +35,12 @@ private:
     std::vector<Rival> compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count, const TrackingModels& models);
     Eigen::Matrix3d doubt_of(const Track& end, double log_density, const std::vector<Rival>& rivals, std::size_t count, const TrackingModels& models) const;
     std::vector<Track> rivals(std::size_t count, const TrackingModels& models) const;
+    std::vector<Track> rivals_anywhere(std::size_t count, const TrackingModels& models) const;
     void forget(std::size_t count, const TrackingModels& models);
 
     bool begun_ = false;
     Track origin_;                      // before all events, with the likeliest noise
+    SenseNoise first_noise_;            // the origin's, before anything was learned
     SenseNoise noise_;                  // as it was learned last
     bool learned_once_ = false;         // since the origin
     std::optional<SenseNoise> before_;  // as it was learned before the track was put elsewhere

@@ -13,6 +13,7 @@ namespace {
 constexpr double flat = 0.03;
 
 constexpr int all_beacons = -1;  // component of the bias that they have in common
+constexpr int any_receiver = 0;  // source of the bias of a beacon: its own clock and aerial, whatever receiver hears it
 
 Innovation surprise_of(const LatePosterior& posterior) { return {posterior.log_evidence, posterior.on_time, posterior.nis, 1}; }
 
@@ -57,6 +58,7 @@ RangeSource learned(RangeSource source, const RangeErrors& errors) {
     source.stretch.scale = scale;
     source.wander_sigma = errors.wander;
     source.sway_sigma = errors.sway;
+    source.wander_way *= errors.way;
     return source;
 }
 
@@ -64,7 +66,7 @@ void add_slow_states(Belief& belief, int beacon, const RangeSource& source) {
     const double forget = 1 / source.bias_memory;
     const auto squared = [](double v) { return v * v; };
     if (source.bias_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, all_beacons, squared(source.bias_sigma), forget});
-    if (source.own_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, source.number, beacon, squared(source.own_sigma), forget});
+    if (source.own_sigma > 0) ensure_slow(belief, {SlowKind::range_bias, any_receiver, beacon, squared(source.own_sigma), forget});
     if (source.wander_sigma > 0) ensure_slow(belief, {SlowKind::range_wander, source.number, beacon, squared(source.wander_sigma), 0, 1 / source.wander_way});
     if (source.sway_sigma > 0) ensure_slow(belief, {SlowKind::range_wander, source.number, all_beacons, squared(source.sway_sigma), 0, 1 / source.wander_way});
     add_slow_states(belief, source.number, source.stretch, forget);
@@ -95,16 +97,16 @@ PredictedValue predict_measured_range(const Belief& belief, const Pose2& at, int
     predicted.value = stated.value;
     for (int i = 0; i < 3; ++i) depends(i, stated.by_range * exact.by_pose[i] + stated.by_bearing * seen.bearing_by_pose[i]);
     for (std::size_t i = 0; i < stated.states.size(); ++i) depends(stated.states[i], stated.by_state[i]);
-    const auto add_bias = [&](SlowKind kind, int component) {
-        const auto bias = find_slow(belief, kind, source.number, component);
+    const auto add_bias = [&](SlowKind kind, int receiver, int component) {
+        const auto bias = find_slow(belief, kind, receiver, component);
         if (!bias) return;
         depends(*bias, 1);
         predicted.value += belief.mean[*bias];
     };
-    add_bias(SlowKind::range_bias, all_beacons);
-    add_bias(SlowKind::range_bias, beacon);
-    add_bias(SlowKind::range_wander, beacon);
-    add_bias(SlowKind::range_wander, all_beacons);
+    add_bias(SlowKind::range_bias, source.number, all_beacons);
+    add_bias(SlowKind::range_bias, any_receiver, beacon);
+    add_bias(SlowKind::range_wander, source.number, beacon);
+    add_bias(SlowKind::range_wander, source.number, all_beacons);
     const double c = std::cos(at.yaw), s = std::sin(at.yaw);
     const Eigen::Vector3d by_arm(c * exact.by_pose.x() + s * exact.by_pose.y(), -s * exact.by_pose.x() + c * exact.by_pose.y(),
                                  (arm.z() - position.z()) / exact.range);

@@ -15,6 +15,7 @@ struct RangeErrors {
     double own = 0;         // m, of what the ranges to one beacon have in common
     double wander = 0;      // m, of what the ranges to one beacon have in common and what changes with the place
     double sway = 0;        // m, of what all ranges have in common and what changes with the place
+    double way = 1;         // times the way over which what changes with the place is another (TrackerSettings::wander_way); bearings', too
     StretchErrors stretch;  // parts of the range
 };
 
@@ -22,6 +23,8 @@ struct SenseNoise {
     double way = 1;    // times the wheels' random errors of the way
     double turn = 1;   // ... and of the turning
     double delay = 0;  // s: the robot moves so much later than the wheels say
+    double push = 1;   // where no wheels tell how it moves: times the accelerations that robots are taken to have ...
+    double twist = 1;  // ... and the changes of their turning
     RangeErrors receiver, detector;
     double bearing = 1;         // times the stated sigma of bearings
     double bearing_common = 0;  // rad, standard deviation of what all bearings have in common
@@ -37,6 +40,14 @@ inline OdometryNoise learned(OdometryNoise noise, const SenseNoise& sense) {
     noise.turn_per_radian *= sense.turn;
     noise.delay = sense.delay;
     return noise;
+}
+
+/// How the robot moves, as it was learned.
+inline MotionModel learned(MotionModel motion, const SenseNoise& sense) {
+    motion.acceleration *= sense.push;
+    motion.side_acceleration *= sense.push;
+    motion.turning *= sense.twist;
+    return motion;
 }
 
 }  // namespace roomfix

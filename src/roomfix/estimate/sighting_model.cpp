@@ -94,6 +94,7 @@ DetectorSource learned(DetectorSource source, const SenseNoise& noise) {
     source.range_sway = noise.detector.sway;
     source.bearing_shape = noise.bearing_shape;
     source.bearing_sway = noise.bearing_sway;
+    source.wander_way *= noise.detector.way;
     return source;
 }
 

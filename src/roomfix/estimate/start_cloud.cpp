@@ -71,7 +71,68 @@ Eigen::Vector3d ear_at(const Pose2& robot, const RangeSource& receiver, bool fro
     return ear;
 }
 
+/// What may have been heard: places in the map, m.
+std::vector<Eigen::Vector2d> heard_from(const Heard& heard, const TrackingModels& models) {
+    std::vector<Eigen::Vector2d> places;
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) {
+        places.push_back(beacon_of(models, range->beacon).head<2>());
+    } else if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
+        for (const int beacon : difference->beacons) places.push_back(beacon_of(models, beacon).head<2>());
+    } else {
+        const auto& sighting = std::get<SightingObservation>(heard);
+        for (std::size_t i = 0; i < models.marks.size(); ++i) {
+            const bool named = sighting.landmark == static_cast<int>(i);
+            if (named || (sighting.landmark < 0 && models.marks[i].plain)) places.push_back(models.marks[i].place);
+        }
+    }
+    return places;
+}
+
 }  // namespace
+
+std::vector<PlaceProposal> places_around(const Heard& heard, bool depth, const TrackingModels& models) {
+    constexpr int directions = 24, fronts = 8;
+    constexpr double range_doubt = 0.07, least_doubt = 0.1;          // of a range that nobody vouches for: a part of it, m
+    constexpr double bearing_doubt = 0.03;                           // rad
+    constexpr std::array<double, 4> usual_distances = {1, 2, 4, 8};  // m, of what shows no range
+    constexpr double step = 2 * std::numbers::pi / directions, front_step = 2 * std::numbers::pi / fronts;
+    if (std::holds_alternative<RangeDifferenceObservation>(heard)) return {};
+    const auto* sighting = std::get_if<SightingObservation>(&heard);
+    std::vector<double> distances(usual_distances.begin(), usual_distances.end());
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) distances = {range->range};
+    if (sighting != nullptr && sighting->range) {
+        const double ahead = depth && sighting->bearing ? std::max(std::cos(*sighting->bearing), straight_ahead) : 1;
+        distances = {*sighting->range / ahead};
+    }
+    std::vector<PlaceProposal> places;
+    for (const Eigen::Vector2d& mark : heard_from(heard, models)) {
+        for (const double distance : distances) {
+            const double radial = distances.size() > 1 ? 0.3 * distance : range_doubt * distance + least_doubt;
+            for (int i = 0; i < directions; ++i) {
+                const double direction = i * step;
+                const Eigen::Vector2d outward(std::cos(direction), std::sin(direction));
+                const Eigen::Vector2d place = mark + distance * outward;
+                // A place farther along the circle sees it in another direction: its front turns with it.
+                const double along_step = 0.5 * step;
+                const Eigen::Vector3d along(-distance * outward.y(), distance * outward.x(), 1);
+                const Eigen::Vector3d away(outward.x(), outward.y(), 0);
+                Eigen::Matrix3d covariance = radial * radial * away * away.transpose();
+                if (sighting != nullptr && sighting->bearing) {
+                    covariance += along_step * along_step * along * along.transpose();
+                    covariance(2, 2) += bearing_doubt * bearing_doubt;
+                    covariance.diagonal().head<2>().array() += 1e-4;
+                    places.push_back({{place.x(), place.y(), wrap_angle(direction + std::numbers::pi - *sighting->bearing)}, covariance});
+                    continue;
+                }
+                covariance.topLeftCorner<2, 2>() += along_step * along_step * along.head<2>() * along.head<2>().transpose();
+                covariance.diagonal().head<2>().array() += 1e-4;
+                covariance(2, 2) = 0.25 * front_step * front_step;
+                for (int k = 0; k < fronts; ++k) places.push_back({{place.x(), place.y(), wrap_angle(k * front_step)}, covariance});
+            }
+        }
+    }
+    return places;
+}
 
 double widest_place(double distance) { return std::max(near, bent * distance); }
 
@@ -113,22 +174,11 @@ void StartCloud::begin(const Heard& heard, const TrackingModels& models) {
     used_ = 1;
     (void)tells_something(heard);
     guesses_.resize(first_guesses);
-    std::vector<Eigen::Vector2d> around;
+    const std::vector<Eigen::Vector2d> around = heard_from(heard, models);
     double radius = 3;
-    if (const auto* range = std::get_if<RangeObservation>(&heard)) {
-        around.push_back(beacon_of(models, range->beacon).head<2>());
-        radius = range->range;
-    } else if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
-        for (const int beacon : difference->beacons) around.push_back(beacon_of(models, beacon).head<2>());
-        radius = (around[0] - around[1]).norm();
-    } else {
-        const auto& sighting = std::get<SightingObservation>(heard);
-        for (std::size_t i = 0; i < models.marks.size(); ++i) {
-            const bool named = sighting.landmark == static_cast<int>(i);
-            if (named || (sighting.landmark < 0 && models.marks[i].plain)) around.push_back(models.marks[i].place);
-        }
-        radius = sighting.range.value_or(radius);
-    }
+    if (const auto* range = std::get_if<RangeObservation>(&heard)) radius = range->range;
+    if (std::holds_alternative<RangeDifferenceObservation>(heard)) radius = (around[0] - around[1]).norm();
+    if (const auto* seen = std::get_if<SightingObservation>(&heard)) radius = seen->range.value_or(radius);
     distance_ = radius;
     const bool anywhere_within =
         std::holds_alternative<RangeDifferenceObservation>(heard) || !std::visit(

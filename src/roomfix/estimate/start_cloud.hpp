@@ -27,6 +27,10 @@ struct StartPlaces {
     std::string reason;                 // why there are none
 };
 
+/// All around what may have been heard: each place from which it can have been heard, with the front that it then has, or all fronts if that does not tell it.
+/// How the place and the front go together is in the covariance. `depth`: are ranges depths? None for range differences.
+std::vector<PlaceProposal> places_around(const Heard& heard, bool depth, const TrackingModels& models);
+
 /// A place known less than that spoils every linearisation, m; `distance`: m, to what is heard.
 double widest_place(double distance);
 constexpr double widest_front = 0.3;  // rad, likewise

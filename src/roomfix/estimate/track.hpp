@@ -107,8 +107,13 @@ double take(Track& track, const Event& event, const TrackingModels& models);
 /// The same for one robot of a frame. `certain`: that it is this one has been settled elsewhere.
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain = false);
 
-/// Standard deviation that a slow error of the robot's own senses has by what was learned; nothing if it is no such error.
-std::optional<double> sigma_of(const SlowState& slow, const Track& track, const TrackingModels& models);
+/// How a slow error of the robot's own senses is distributed by what was learned, and how fast it changes along the way.
+struct LearnedError {
+    double sigma = 0;      // of its value when nothing is known
+    double per_metre = 0;  // 1/m
+};
+/// Nothing if it is no such error.
+std::optional<LearnedError> learned_error(const SlowState& slow, const Track& track, const TrackingModels& models);
 
 /// Why a robot that was heard has not been found yet, in words.
 std::string why_not_found(const Track& track, const TrackingModels& models);

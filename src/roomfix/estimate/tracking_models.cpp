@@ -21,6 +21,7 @@ TrackingModels::TrackingModels(const Site& described, const TrackerSettings& wan
             heard.push_back(source);
         }
         for (RangeSource& source : heard) {
+            if (heard.size() > 1 && source.receiver_sigma.isZero(0)) source.receiver_sigma.head<2>().setConstant(settings.receiver_place);
             source.late = settings.late;
             source.bias_memory = settings.range_bias_memory;
             source.wander_way = settings.wander_way;
@@ -76,6 +77,7 @@ void TrackingModels::learn(int robot, const SenseNoise& noise) {
     for (RangeSource& source : receivers[r]) source = learned(source, noise.receiver);
     detectors[r] = learned(detectors[r], noise);
     wheels[r] = learned(wheels[r], noise);
+    motion[r] = learned(motion[r], noise);
 }
 
 bool TrackingModels::has_mark(int robot) const {
