@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace roomfix {
 namespace {
@@ -108,7 +109,8 @@ double NoiseLearner::evidence(const Track& origin, const SenseNoise& noise, std:
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i) {
         predict(track, events_[i].time, models);
-        sum += take(track, events_[i], models);
+        const double density = take(track, events_[i], models);
+        if (news_[i]) sum += density;
     }
     if (end == nullptr) return sum;
     *end = track;
@@ -119,6 +121,7 @@ double NoiseLearner::evidence(const Track& origin, const SenseNoise& noise, std:
 Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
     const auto last = std::upper_bound(events_.begin(), events_.end(), until, [](Nanoseconds t, const Event& e) { return t < e.time; });
     const auto count = static_cast<std::size_t>(last - events_.begin());
+    find_what_is_new(count, models);
     const SensedKinds kinds = kinds_of(events_, origin_.robot, models);
     const NoiseSearch::Evidence evidence_here = [&](const SenseNoise& noise) { return evidence(origin_, noise, count, models, nullptr); };
     const NoiseSearch search(kinds, before_, evidence_here);
@@ -267,6 +270,27 @@ std::vector<Track> NoiseLearner::rivals_anywhere(std::size_t count, const Tracki
         tracks.back().noise.receiver.stretch.depth = tracks.back().noise.detector.stretch.depth = depth ? 1 : 0;
     }
     return tracks;
+}
+
+/// A robot that stands sees the same again, with the same error: a distance that is read off as so many pixels comes out the same each time, which says
+/// nothing of how it errs elsewhere. So a landmark counts again when the robot has moved; without a name nobody knows whether it is the same.
+void NoiseLearner::find_what_is_new(std::size_t count, const TrackingModels& models) {
+    constexpr double moved = 0.02, turned = 0.03;  // m, rad: then it is another error
+    const OdometryTrack& driven = models.driven[static_cast<std::size_t>(origin_.robot)];
+    news_.assign(count, true);
+    if (driven.empty()) return;
+    std::set<int> seen;  // landmarks, since it stands
+    Nanoseconds since = origin_.time;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto* sighting = std::get_if<SightingObservation>(&events_[i].what);
+        if (sighting == nullptr || sighting->landmark < 0) continue;
+        const auto step = driven.step(since, sighting->time);
+        if (!step || step->way.norm() > moved || std::abs(step->turned) > turned) {
+            seen.clear();
+            since = sighting->time;
+        }
+        news_[i] = seen.insert(sighting->landmark).second;
+    }
 }
 
 /// Moves the origin on past the first `count` events.

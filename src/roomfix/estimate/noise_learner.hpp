@@ -37,6 +37,7 @@ private:
     std::vector<Track> rivals(std::size_t count, const TrackingModels& models) const;
     std::vector<Track> rivals_anywhere(std::size_t count, const TrackingModels& models) const;
     void forget(std::size_t count, const TrackingModels& models);
+    void find_what_is_new(std::size_t count, const TrackingModels& models);
 
     bool begun_ = false;
     Track origin_;                      // before all events, with the likeliest noise
@@ -45,6 +46,7 @@ private:
     bool learned_once_ = false;         // since the origin
     std::optional<SenseNoise> before_;  // as it was learned before the track was put elsewhere
     std::vector<Event> events_;         // in their order
+    std::vector<bool> news_;            // which of them say something new
     double wait_ = 0;                   // s from the origin's start until it is due
     Nanoseconds learned_ = 0;
 };

@@ -470,12 +470,24 @@ Track started_elsewhere(const Track& track, const PlaceProposal& place, bool dep
     return other;
 }
 
-/// Its senses contradict where it should be: perhaps they put it elsewhere.
+/// What its senses say cannot be, by what was believed: it is known less well than that. Its wheels slipped, most often.
+void widen(Track& track) {
+    constexpr double wider = 9;                                          // times the variances
+    const Eigen::Vector3d least(0.05 * 0.05, 0.05 * 0.05, 0.05 * 0.05);  // m^2, m^2, rad^2
+    for (Hypothesis& h : track.belief.hypotheses) {
+        auto pose = h.belief.covariance.topLeftCorner<3, 3>();
+        pose *= wider;
+        pose.diagonal() += least;
+    }
+}
+
+/// Its senses contradict where it should be: it may have slipped, or perhaps they put it elsewhere.
 void find_again(Track& track, const TrackingModels& models) {
     if (!models.settings.learns || !found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard)
         return;
     track.searched = track.time;
     track.agreement = 1;
+    widen(track);
     StartCloud cloud(wheels_of(track), sees_depths(track));
     for (const Heard& heard : track.heard) cloud.take(heard, track.robot, models);
     const StartPlaces found = cloud.places(0);

@@ -18,8 +18,8 @@ struct TrackerSettings {
     double range_bias_memory = 600;  // s
     double wander_way = 1;           // m: over that way an error that depends on the place is another
 
-    double receiver_place = 0.02;    // m, along each axis: how well the places of several receivers on one robot are known where nothing is stated, since aerials
-                                     // measure from a point that nobody sees; their heading hangs on it
+    double receiver_place = 0.02;  // m, along each axis: how well the places of several receivers on one robot are known where nothing is stated, since aerials
+                                   // measure from a point that nobody sees; their heading hangs on it
 
     double body_memory = 2;  // s: over that time what a robot's description leaves out moves its place elsewhere, as it drives and turns
 
