@@ -1,6 +1,7 @@
 #include "roomfix/estimate/noise_learner.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -144,7 +145,7 @@ Track NoiseLearner::learn(Nanoseconds until, const TrackingModels& models) {
 /// that are not the origin now, the likeliest first.
 std::vector<NoiseLearner::Rival> NoiseLearner::compare_rivals(NoiseSearch::Result& found, const SensedKinds& kinds, std::size_t count,
                                                               const TrackingModels& models) {
-    constexpr std::size_t tried = 3;
+    constexpr std::size_t tried = 2;  // of those whose ranges are distances, and of those whose ranges are depths: each has a noise of its own
     const auto search_from = [&](const Track& track, const auto& use) {
         const NoiseSearch::Evidence evidence_there = [&](const SenseNoise& noise) { return evidence(track, noise, count, models, nullptr); };
         use(NoiseSearch(kinds, before_, evidence_there));
@@ -163,12 +164,14 @@ std::vector<NoiseLearner::Rival> NoiseLearner::compare_rivals(NoiseSearch::Resul
     const auto likelier = [](const Rival& a, const Rival& b) { return a.result.log_density > b.result.log_density; };
     std::stable_sort(all.begin(), all.end(), likelier);
     const double promising = least_promise + promise_per_event * static_cast<double>(count);
-    std::vector<Belief> sought;
-    for (std::size_t i = 0; i < all.size() && sought.size() < tried; ++i) {
+    std::array<std::vector<Belief>, 2> sought;
+    for (std::size_t i = 0; i < all.size(); ++i) {
         if (all[i].result.log_density < found.log_density - promising) break;
         const Belief& start = all[i].track.belief.best();
-        if (std::any_of(sought.begin(), sought.end(), [&](const Belief& other) { return pose_distance(other, start) < same_place; })) continue;
-        sought.push_back(start);
+        std::vector<Belief>& alike = sought[sees_depths(all[i].track) ? 1 : 0];
+        if (alike.size() == tried || std::any_of(alike.begin(), alike.end(), [&](const Belief& other) { return pose_distance(other, start) < same_place; }))
+            continue;
+        alike.push_back(start);
         search_from(all[i].track, [&](const NoiseSearch& search) {
             all[i].result = search.best(all[i].result.noise);
             if (all[i].result.log_density < found.log_density + clearly_better) return;

@@ -95,6 +95,9 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
 /// Nobody vouches for the wheels of a robot that its own senses found: both scales may be off a lot.
 void doubt_wheels(OdometryPrior& wheels);
 
+/// Are the ranges of its own senses depths, by what was learned?
+bool sees_depths(const Track& track);
+
 /// The track as it would be had its senses put it elsewhere when it was started. `depth`: its ranges are depths.
 Track started_elsewhere(const Track& track, const PlaceProposal& place, bool depth, const TrackingModels& models);
 
