@@ -248,31 +248,60 @@ std::vector<Track> NoiseLearner::rivals_anywhere(std::size_t count, const Tracki
         bool depth = false;
         double log_density = 0;
     };
+    const auto started = [&](const Candidate& candidate) {
+        Track track = started_elsewhere(origin_, candidate.place, candidate.depth, models);
+        track.noise = first_noise_;
+        track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = candidate.depth ? 1 : 0;
+        return track;
+    };
     std::vector<Candidate> candidates;
     for (const bool depth : {false, true}) {
-        for (const PlaceProposal& place : places_around(*nearest, depth, models)) candidates.push_back({place, depth});
+        for (const PlaceProposal& place : likely_places(places_around(*nearest, depth, models), *nearest, count, depth, models)) {
+            candidates.push_back({place, depth});
+        }
     }
-    const auto started = [&](const Candidate& candidate) { return started_elsewhere(origin_, candidate.place, candidate.depth, models); };
     for (std::size_t compared = first_events; candidates.size() > left; compared *= 2) {
         const std::size_t some = std::min({compared, count, enough});
         for (Candidate& candidate : candidates) {
             const Track track = started(candidate);
-            SenseNoise noise = first_noise_;
-            noise.receiver.stretch.depth = track.noise.receiver.stretch.depth;
-            noise.detector.stretch.depth = track.noise.detector.stretch.depth;
-            candidate.log_density = evidence(track, noise, some, models, nullptr);
+            candidate.log_density = evidence(track, track.noise, some, models, nullptr);
         }
         std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) { return a.log_density > b.log_density; });
         candidates.resize(std::max(left, some < std::min(count, enough) ? candidates.size() / kept_of : left));
     }
     std::vector<Track> tracks;
-    for (const Candidate& candidate : candidates) {
-        tracks.push_back(started(candidate));
-        const bool depth = candidate.depth;
-        tracks.back().noise = first_noise_;
-        tracks.back().noise.receiver.stretch.depth = tracks.back().noise.detector.stretch.depth = depth ? 1 : 0;
-    }
+    for (const Candidate& candidate : candidates) tracks.push_back(started(candidate));
     return tracks;
+}
+
+/// Of very many places, as there are around many landmarks that look alike, those from which most of what was seen at about that time may have been seen.
+std::vector<PlaceProposal> NoiseLearner::likely_places(std::vector<PlaceProposal> places, const Heard& heard, std::size_t count, bool depth,
+                                                       const TrackingModels& models) const {
+    constexpr std::size_t most = 400;
+    constexpr double about = 1;                             // s
+    constexpr double bearing_apart = 0.25, farther = 1.25;  // rad; times as far
+    if (places.size() <= most) return places;
+    std::vector<SightingObservation> sightings;
+    for (std::size_t i = 0; i < count && to_seconds(events_[i].time - time_of(heard)) < about; ++i) {
+        const auto* seen = std::get_if<SightingObservation>(&events_[i].what);
+        if (seen != nullptr && seen->range && seen->bearing) sightings.push_back(*seen);
+    }
+    const auto may_show = [&](const SightingObservation& seen, const Pose2& pose, const Mark& mark) {
+        const PredictedSighting there = predict_sighting(pose, Eigen::Vector2d::Zero(), mark.place);
+        const double stated = there.range * (depth ? std::cos(there.bearing) : 1);
+        return std::abs(wrap_angle(there.bearing - *seen.bearing)) < bearing_apart && stated < farther * *seen.range && *seen.range < farther * stated;
+    };
+    std::vector<std::pair<std::size_t, std::size_t>> order;  // how many it explains, which place
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        const auto explained = std::count_if(sightings.begin(), sightings.end(), [&](const SightingObservation& seen) {
+            return std::any_of(models.marks.begin(), models.marks.end(), [&](const Mark& mark) { return may_show(seen, places[k].pose, mark); });
+        });
+        order.emplace_back(static_cast<std::size_t>(explained), k);
+    }
+    std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::vector<PlaceProposal> likely;
+    for (std::size_t k = 0; k < most; ++k) likely.push_back(places[order[k].second]);
+    return likely;
 }
 
 /// A robot that stands sees the same again, with the same error: a distance that is read off as so many pixels comes out the same each time, which says

@@ -36,6 +36,8 @@ private:
     Eigen::Matrix3d doubt_of(const Track& end, double log_density, const std::vector<Rival>& rivals, std::size_t count, const TrackingModels& models) const;
     std::vector<Track> rivals(std::size_t count, const TrackingModels& models) const;
     std::vector<Track> rivals_anywhere(std::size_t count, const TrackingModels& models) const;
+    std::vector<PlaceProposal> likely_places(std::vector<PlaceProposal> places, const Heard& heard, std::size_t count, bool depth,
+                                             const TrackingModels& models) const;
     void forget(std::size_t count, const TrackingModels& models);
     void find_what_is_new(std::size_t count, const TrackingModels& models);
 

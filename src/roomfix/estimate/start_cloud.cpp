@@ -92,42 +92,31 @@ std::vector<Eigen::Vector2d> heard_from(const Heard& heard, const TrackingModels
 
 std::vector<PlaceProposal> places_around(const Heard& heard, bool depth, const TrackingModels& models) {
     constexpr int directions = 24, fronts = 8;
-    constexpr double range_doubt = 0.07, least_doubt = 0.1;          // of a range that nobody vouches for: a part of it, m
-    constexpr double bearing_doubt = 0.03;                           // rad
-    constexpr std::array<double, 4> usual_distances = {1, 2, 4, 8};  // m, of what shows no range
+    constexpr double range_doubt = 0.07, least_doubt = 0.1;  // of a range that nobody vouches for: a part of it, m
+    constexpr double bearing_doubt = 0.03;                   // rad
     constexpr double step = 2 * std::numbers::pi / directions, front_step = 2 * std::numbers::pi / fronts;
-    if (std::holds_alternative<RangeDifferenceObservation>(heard)) return {};
-    const auto* sighting = std::get_if<SightingObservation>(&heard);
-    std::vector<double> distances(usual_distances.begin(), usual_distances.end());
-    if (const auto* range = std::get_if<RangeObservation>(&heard)) distances = {range->range};
-    if (sighting != nullptr && sighting->range) {
-        const double ahead = depth && sighting->bearing ? std::max(std::cos(*sighting->bearing), straight_ahead) : 1;
-        distances = {*sighting->range / ahead};
+    std::optional<double> range, bearing;
+    if (const auto* stated = std::get_if<RangeObservation>(&heard)) range = stated->range;
+    if (const auto* sighting = std::get_if<SightingObservation>(&heard)) {
+        range = sighting->range;
+        bearing = sighting->bearing;
     }
+    if (!range) return {};
+    const double distance = *range / (depth && bearing ? std::max(std::cos(*bearing), straight_ahead) : 1);
+    const double radial = range_doubt * distance + least_doubt;
     std::vector<PlaceProposal> places;
     for (const Eigen::Vector2d& mark : heard_from(heard, models)) {
-        for (const double distance : distances) {
-            const double radial = distances.size() > 1 ? 0.3 * distance : range_doubt * distance + least_doubt;
-            for (int i = 0; i < directions; ++i) {
-                const double direction = i * step;
-                const Eigen::Vector2d outward(std::cos(direction), std::sin(direction));
-                const Eigen::Vector2d place = mark + distance * outward;
-                // A place farther along the circle sees it in another direction: its front turns with it.
-                const double along_step = 0.5 * step;
-                const Eigen::Vector3d along(-distance * outward.y(), distance * outward.x(), 1);
-                const Eigen::Vector3d away(outward.x(), outward.y(), 0);
-                Eigen::Matrix3d covariance = radial * radial * away * away.transpose();
-                if (sighting != nullptr && sighting->bearing) {
-                    covariance += along_step * along_step * along * along.transpose();
-                    covariance(2, 2) += bearing_doubt * bearing_doubt;
-                    covariance.diagonal().head<2>().array() += 1e-4;
-                    places.push_back({{place.x(), place.y(), wrap_angle(direction + std::numbers::pi - *sighting->bearing)}, covariance});
-                    continue;
-                }
-                covariance.topLeftCorner<2, 2>() += along_step * along_step * along.head<2>() * along.head<2>().transpose();
-                covariance.diagonal().head<2>().array() += 1e-4;
-                covariance(2, 2) = 0.25 * front_step * front_step;
-                for (int k = 0; k < fronts; ++k) places.push_back({{place.x(), place.y(), wrap_angle(k * front_step)}, covariance});
+        for (int i = 0; i < directions; ++i) {
+            const double direction = i * step;
+            const Eigen::Vector3d outward(std::cos(direction), std::sin(direction), 0);
+            // Half a step farther along the circle, where it sees the same in another direction: its front turns with it.
+            const Eigen::Vector3d along = 0.5 * step * Eigen::Vector3d(-distance * outward.y(), distance * outward.x(), bearing ? 1 : 0);
+            PlaceProposal place{{mark.x() + distance * outward.x(), mark.y() + distance * outward.y(), 0},
+                                radial * radial * outward * outward.transpose() + along * along.transpose()};
+            place.covariance.diagonal() += Eigen::Vector3d(1e-4, 1e-4, std::pow(bearing ? bearing_doubt : 0.5 * front_step, 2));
+            for (int k = 0; k < (bearing ? 1 : fronts); ++k) {
+                place.pose.yaw = wrap_angle(bearing ? direction + std::numbers::pi - *bearing : k * front_step);
+                places.push_back(place);
             }
         }
     }

@@ -28,7 +28,7 @@ struct StartPlaces {
 };
 
 /// All around what may have been heard: each place from which it can have been heard, with the front that it then has, or all fronts if that does not tell it.
-/// How the place and the front go together is in the covariance. `depth`: are ranges depths? None for range differences.
+/// How the place and the front go together is in the covariance. `depth`: are ranges depths? None where no range was heard or seen.
 std::vector<PlaceProposal> places_around(const Heard& heard, bool depth, const TrackingModels& models);
 
 /// A place known less than that spoils every linearisation, m; `distance`: m, to what is heard.
