@@ -274,31 +274,35 @@ std::vector<Track> NoiseLearner::rivals_anywhere(std::size_t count, const Tracki
     return tracks;
 }
 
-/// Of very many places, as there are around many landmarks that look alike, those from which most of what was seen at about that time may have been seen.
+/// Of very many places, as there are around many landmarks that look alike, those that explain best what was seen at about that time.
 std::vector<PlaceProposal> NoiseLearner::likely_places(std::vector<PlaceProposal> places, const Heard& heard, std::size_t count, bool depth,
                                                        const TrackingModels& models) const {
     constexpr std::size_t most = 400;
-    constexpr double about = 1;                             // s
-    constexpr double bearing_apart = 0.25, farther = 1.25;  // rad; times as far
+    constexpr double about = 1;                          // s
+    constexpr double bearing_error = 0.13, part = 0.08;  // rad, of the range: as far as places lie apart
+    constexpr double unexplained = 9;                    // squared distance of what no landmark explains
     if (places.size() <= most) return places;
     std::vector<SightingObservation> sightings;
     for (std::size_t i = 0; i < count && to_seconds(events_[i].time - time_of(heard)) < about; ++i) {
         const auto* seen = std::get_if<SightingObservation>(&events_[i].what);
         if (seen != nullptr && seen->range && seen->bearing) sightings.push_back(*seen);
     }
-    const auto may_show = [&](const SightingObservation& seen, const Pose2& pose, const Mark& mark) {
+    const auto distance = [&](const SightingObservation& seen, const Pose2& pose, const Mark& mark) {
         const PredictedSighting there = predict_sighting(pose, Eigen::Vector2d::Zero(), mark.place);
-        const double stated = there.range * (depth ? std::cos(there.bearing) : 1);
-        return std::abs(wrap_angle(there.bearing - *seen.bearing)) < bearing_apart && stated < farther * *seen.range && *seen.range < farther * stated;
+        const double range = there.range * (depth ? std::cos(there.bearing) : 1);
+        return std::pow(wrap_angle(there.bearing - *seen.bearing) / bearing_error, 2) + std::pow((range - *seen.range) / (part * *seen.range), 2);
     };
-    std::vector<std::pair<std::size_t, std::size_t>> order;  // how many it explains, which place
+    std::vector<std::pair<double, std::size_t>> order;  // how badly it explains what was seen, which place
     for (std::size_t k = 0; k < places.size(); ++k) {
-        const auto explained = std::count_if(sightings.begin(), sightings.end(), [&](const SightingObservation& seen) {
-            return std::any_of(models.marks.begin(), models.marks.end(), [&](const Mark& mark) { return may_show(seen, places[k].pose, mark); });
-        });
-        order.emplace_back(static_cast<std::size_t>(explained), k);
+        double sum = 0;
+        for (const SightingObservation& seen : sightings) {
+            double least = unexplained;
+            for (const Mark& mark : models.marks) least = std::min(least, distance(seen, places[k].pose, mark));
+            sum += least;
+        }
+        order.emplace_back(sum, k);
     }
-    std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::sort(order.begin(), order.end());
     std::vector<PlaceProposal> likely;
     for (std::size_t k = 0; k < most; ++k) likely.push_back(places[order[k].second]);
     return likely;

@@ -210,6 +210,20 @@ struct LandmarkAssociation {
     double weight = 0;        // probability of the likeliest
 };
 
+/// Is a landmark so far from what was seen that it cannot be it, whatever the errors? Asked of each before anything dear is computed.
+static bool out_of_the_question(const Belief& belief, const SightingObservation& seen, const Mark& mark, const DetectorSource& source) {
+    constexpr double many = 8;                                     // standard deviations of the pose
+    constexpr double range_apart = 0.5, part = 0.4, turned = 0.5;  // m, of the range, rad: what is left to the sensor's own errors
+    const PredictedSighting there = predict_sighting(belief.pose(), source.position, mark.place);
+    const double place = many * belief.place_sigma();
+    if (seen.range) {
+        const double nearest = source.stretch.depth > 0 ? 0 : there.range;  // depths are anything up to the distance
+        if (nearest - *seen.range > place + range_apart + part * nearest || *seen.range - there.range > place + range_apart + part * *seen.range) return true;
+    }
+    const double front = many * std::sqrt(belief.covariance(state_yaw, state_yaw)) + place / there.range + turned;
+    return seen.bearing && std::abs(wrap_angle(*seen.bearing - there.bearing)) > front;
+}
+
 static LandmarkAssociation associate(const Belief& belief, const SightingObservation& seen, const std::vector<Mark>& marks, const DetectorSource& source,
                                      double outliers) {
     const double nothing = std::log(outliers) + log_anywhere(seen);
@@ -218,7 +232,7 @@ static LandmarkAssociation associate(const Belief& belief, const SightingObserva
     for (std::size_t i = 0; i < marks.size(); ++i) {
         const auto landmark = static_cast<int>(i);
         const double prior = prior_of(seen, landmark, marks, source);
-        if (prior <= 0) continue;
+        if (prior <= 0 || out_of_the_question(belief, seen, marks[i], source)) continue;
         const double log =
             std::log((1 - outliers) * prior) + log_likelihood(belief, seen, linearise_sighting(belief, seen, landmark, marks[i], source), source);
         sum = log > most ? sum * std::exp(most - log) + 1 : sum + std::exp(log - most);
