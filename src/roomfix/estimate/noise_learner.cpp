@@ -248,12 +248,9 @@ std::vector<Track> NoiseLearner::rivals_anywhere(std::size_t count, const Tracki
         bool depth = false;
         double log_density = 0;
     };
-    const auto started = [&](const Candidate& candidate) {
-        Track track = started_elsewhere(origin_, candidate.place, candidate.depth, models);
-        track.noise = first_noise_;
-        track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = candidate.depth ? 1 : 0;
-        return track;
-    };
+    Track unlearned = origin_;
+    unlearned.noise = first_noise_;
+    const auto started = [&](const Candidate& candidate) { return started_elsewhere(unlearned, candidate.place, candidate.depth, models); };
     std::vector<Candidate> candidates;
     for (const bool depth : {false, true}) {
         for (const PlaceProposal& place : likely_places(places_around(*nearest, depth, models), *nearest, count, depth, models)) {

@@ -120,12 +120,16 @@ NoiseSearch::Result NoiseSearch::best(const SenseNoise& start) const {
         noise = before;
         return false;
     };
+    // One way or, if that is no better, the other, and on as long as it helps.
+    const auto go_on = [&](const auto& ahead, const auto& back) {
+        const bool helped = ahead();
+        bool moved = helped;
+        for (int i = 0; i < most_steps && (helped ? ahead() : back()); ++i) moved = true;
+        return moved;
+    };
     const auto try_delays = [&](double by) {
         const auto to = [&](double tried) { return attempt([&] { noise.delay = tried; }); };
-        const bool later = to(noise.delay + by);
-        bool moved = later;
-        for (int i = 0; i < most_steps && to(noise.delay + (later ? by : -by)); ++i) moved = true;
-        return moved;
+        return go_on([&] { return to(noise.delay + by); }, [&] { return to(noise.delay - by); });
     };
     const auto try_depths = [&](RangeErrors& errors) { return attempt([&] { errors.stretch.depth = 1 - errors.stretch.depth; }); };
     // What changes with the place: over another way, but over a short one by as much as before.
@@ -138,10 +142,7 @@ NoiseSearch::Result NoiseSearch::best(const SenseNoise& start) const {
     };
     const auto try_ways = [&](RangeErrors& errors, double step) {
         const auto by = [&](double times) { return attempt([&] { change_way(errors, times); }); };
-        const bool up = by(step);
-        bool moved = up;
-        for (int i = 0; i < most_steps && by(up ? step : 1 / step); ++i) moved = true;
-        return moved;
+        return go_on([&] { return by(step); }, [&] { return by(1 / step); });
     };
     // What stays was taken for what changes with the place as long as there was nothing else: with less of that, or over a shorter way.
     const auto instead_of_changes = [&](const Unknown& unknown) {
@@ -168,10 +169,8 @@ NoiseSearch::Result NoiseSearch::best(const SenseNoise& start) const {
             if (!moved) return false;
         }
         if (unknown.from_nothing > 0 && to(0)) return true;
-        const bool up = to(step * value);
-        moved |= up;
-        for (int i = 0; i < most_steps && to((up ? step : 1 / step) * value); ++i) moved = true;
-        return moved;
+        const bool stepped = go_on([&] { return to(step * value); }, [&] { return to(1 / step * value); });
+        return moved || stepped;
     };
     for (const double step : {2.0, 2.0, 1.4, 1.2}) {
         bool moved = false;
