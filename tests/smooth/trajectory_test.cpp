@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/smooth/knot_covariance.hpp"
 #include "roomfix/smooth/residual_series.hpp"
+#include "roomfix/smooth/slices.hpp"
 
 namespace roomfix {
 namespace {
@@ -101,34 +103,95 @@ TEST(Trajectory, APartHoldsTheTimesAskedFor) {
     EXPECT_EQ(all.knots.size(), way.knots.size());
 }
 
-TEST(KnotCovariance, IsTheInverseOfTheInformation) {
+TEST(WayAlong, IsThatOfTheSecondsAndNotOfTheTrembling) {
+    Trajectory way;
+    Random random(5);
+    for (int i = 0; i <= 1000; ++i) {
+        way.times.push_back(from_seconds(0.01 * i));
+        way.knots.emplace_back(Knot::Zero());
+        way.knots.back().head<3>() << 0.2 * 0.01 * i, 0.005 * random.normal(), 0;
+    }
+    const std::vector<double> along = way_along(way);
+    ASSERT_EQ(along.size(), way.knots.size());
+    EXPECT_EQ(along.front(), 0);
+    EXPECT_NEAR(along.back(), 2, 0.02);
+    EXPECT_NEAR(along[500], 1, 0.02);
+    EXPECT_TRUE(std::is_sorted(along.begin(), along.end()));
+}
+
+TEST(Slices, EndWhereAnErrorHasBecomeAnother) {
+    Trajectory way;  // stands for 10 s, then drives 1 m/s
+    for (int i = 0; i <= 200; ++i) {
+        way.times.push_back(from_seconds(0.1 * i));
+        way.knots.emplace_back(Knot::Zero());
+        way.knots.back().x() = std::max(0.1 * i - 10, 0.0);
+    }
+    const ChangeRate rate{0, 0.5};
+    const Slices slices(way, rate);
+    for (std::size_t s = 0; s + 1 < slices.size(); ++s) {
+        const std::size_t last = slices.first_knot(s + 1) - 1;
+        EXPECT_LE((way.knots[last].x() - way.knots[slices.first_knot(s)].x()) * rate.per_metre, part_of_memory + 1e-9);
+        EXPECT_LT(last - slices.first_knot(s), 8U) << "more unknowns make the covariance dear";
+        EXPECT_EQ(slices.of_knot(last), s);
+        EXPECT_EQ(slices.at(way.times[last] + 1), s);
+    }
+    EXPECT_EQ(slices.age(slices.at(0), slices.at(from_seconds(9)), rate), 0) << "it stood";
+    EXPECT_NEAR(slices.age(slices.at(from_seconds(10)), slices.size() - 1, rate), 5, 0.3);
+    EXPECT_EQ(slices.at(from_seconds(-1)), 0U);
+    EXPECT_EQ(slices.at(from_seconds(99)), slices.size() - 1);
+    EXPECT_EQ(Slices(way, {}).size(), way.knots.size()) << "nothing changes: each knot for itself";
+}
+
+/// A chain of knots, so many in each slice, with so many further unknowns in each slice and common to all.
+void expect_inverse(int knots, int in_slice, int further, int common) {
     Random random(3);
+    UnknownColumns columns;
+    Eigen::Index column = 0;
+    std::vector<Eigen::Index> starts;
+    for (int k = 0; k < knots; k += in_slice) {
+        starts.push_back(column);
+        for (int i = k; i < std::min(k + in_slice, knots); ++i) {
+            columns.knots.push_back(column);
+            column += 6;
+        }
+        column += further;
+        columns.slices.push_back(column - starts.back());
+    }
+    starts.push_back(column);
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(0, column + common);
+    const auto add = [&](Eigen::Index from, Eigen::Index to, Eigen::Index rows) {
+        const Eigen::Index above = dense.rows();
+        dense.conservativeResize(above + rows, Eigen::NoChange);
+        dense.bottomRows(rows).setZero();
+        for (Eigen::Index r = above; r < above + rows; ++r) {
+            for (Eigen::Index c = from; c < to; ++c) dense(r, c) = random.normal();
+            for (Eigen::Index c = column; c < column + common; ++c) dense(r, c) = random.normal();
+        }
+    };
+    for (std::size_t s = 0; s + 1 < starts.size(); ++s) add(starts[s], starts[std::min(s + 2, starts.size() - 1)], 3 * columns.slices[s]);
+    const Eigen::MatrixXd expected = (dense.transpose() * dense).inverse();
+    const SmoothedCovariance covariance = smoothed_covariance(dense.sparseView(), columns);
+    ASSERT_EQ(covariance.pairs.size(), static_cast<std::size_t>(knots - 1));
+    for (std::size_t k = 0; k < covariance.pairs.size(); ++k) {
+        const Eigen::Index a = columns.knots[k], b = columns.knots[k + 1];
+        PairCovariance block;
+        block << expected.block<6, 6>(a, a), expected.block<6, 6>(a, b), expected.block<6, 6>(b, a), expected.block<6, 6>(b, b);
+        EXPECT_LT((covariance.pairs[k] - block).norm(), 1e-8 * block.norm());
+    }
+    if (common > 0) EXPECT_LT((covariance.common - expected.bottomRightCorner(common, common)).norm(), 1e-8 * covariance.common.norm());
+}
+
+TEST(KnotCovariance, IsTheInverseOfTheInformation) {
     for (const int common : {0, 4}) {
-        const int knots = 7;
-        const int columns = 6 * knots + common;
-        Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(12 * knots + common, columns);
-        for (int k = 0; k < knots; ++k) {
-            for (int r = 0; r < 12; ++r) {
-                for (int c = 6 * k; c < std::min(6 * k + 12, 6 * knots); ++c) dense(12 * k + r, c) = random.normal();
-                for (int c = 0; c < common; ++c) dense(12 * k + r, 6 * knots + c) = random.normal();
-            }
-        }
-        for (int c = 0; c < common; ++c) dense(12 * knots + c, 6 * knots + c) = 1;
-        const Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian = dense.sparseView();
-        const Eigen::MatrixXd expected = (dense.transpose() * dense).inverse();
-        const auto pairs = smoothed_covariance(jacobian, knots).pairs;
-        ASSERT_EQ(pairs.size(), 6U);
-        for (int k = 0; k + 1 < knots; ++k) {
-            const Eigen::MatrixXd block = expected.block(6 * k, 6 * k, 12, 12);
-            EXPECT_LT((pairs[static_cast<std::size_t>(k)] - block).norm(), 1e-9 * block.norm());
-        }
+        expect_inverse(7, 1, 0, common);
+        expect_inverse(8, 3, 5, common);
     }
 }
 
 TEST(KnotCovariance, IsEmptyWhereNothingHoldsAKnot) {
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6, 12);
     dense.leftCols(6).setIdentity();
-    EXPECT_TRUE(smoothed_covariance(dense.sparseView(), 2).pairs.empty());
+    EXPECT_TRUE(smoothed_covariance(dense.sparseView(), {{6, 6}, {0, 6}}).pairs.empty());
 }
 
 /// An average over a first-order autoregressive noise with correlation 0.8 is as uncertain as one over white noise of (1 + 0.8) / (1 - 0.8)

@@ -8,8 +8,6 @@
 namespace roomfix {
 namespace {
 
-constexpr double most_known_worse = 0.1;  // part of the fixes
-
 /// The fix as the smoothed trajectory has it.
 void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task) {
     const Trajectory& way = stretch.trajectory;
@@ -35,21 +33,6 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
     if (fix.status == FixStatus::none) fix.status = FixStatus::coasting;
     fix.yaw_known = covariance(2, 2) < 0.25;
     fix.reason.clear();
-}
-
-/// Part of some of the tracker's fixes that the batch knows worse than the tracker did, though it was told more.
-double part_known_worse(const std::vector<Fix>& tracked, const std::vector<std::size_t>& some, const SmoothedStretch& stretch, const SmoothingTask& task) {
-    constexpr double worse = 1.5;    // times the tracker's standard deviation
-    constexpr double hardly = 0.02;  // of what counts as lost: so much more does not matter
-    double count = 0, bad = 0;
-    for (const std::size_t i : some) {
-        const Fix& fix = tracked[i];
-        if (fix.status == FixStatus::none || !stretch.trajectory.covers(fix.time)) continue;
-        const Eigen::Matrix2d place = stretch.covariance.pairs[stretch.trajectory.knot_before(fix.time)].topLeftCorner<2, 2>();
-        ++count;
-        bad += !(worst_sigma(place) < worse * worst_sigma(fix.covariance.topLeftCorner<2, 2>()) + hardly * task.models.site.lost);
-    }
-    return count > 0 ? bad / count : 0;
 }
 
 }  // namespace
@@ -78,7 +61,7 @@ Smoothed smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const S
             for (; next < places_of[r].size() && (tracked[places_of[r][next]].time < to || to >= whole.end()); ++next) {
                 within.push_back(places_of[r][next]);
             }
-            if (stretch.covariance.pairs.empty() || !stretch.settled || part_known_worse(tracked, within, stretch, task) > most_known_worse) {
+            if (stretch.covariance.pairs.empty() || !stretch.settled) {
                 smoothed.unsettled.push_back({models.site.robots[r].id, from, std::min(to, whole.end())});
             } else {
                 for (const std::size_t i : within) {

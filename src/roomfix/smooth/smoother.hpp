@@ -10,7 +10,7 @@
 
 namespace roomfix {
 
-/// A while for which the batch knows less of a robot than its tracker, or explains what was measured worse: it did not settle.
+/// A while for which the batch explains what was measured worse than its start did: it did not settle.
 struct Unsettled {
     std::string robot;
     Nanoseconds from = 0, to = 0;

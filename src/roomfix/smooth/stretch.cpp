@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "roomfix/smooth/residual_series.hpp"
+#include "roomfix/smooth/slices.hpp"
 #include "roomfix/smooth/slow_values.hpp"
 #include "roomfix/smooth/terms.hpp"
 
@@ -24,26 +25,52 @@ constexpr double carried_weight = 1e-6;  // of what its wheels or momentum say t
 using SourceNoise = std::map<int, double>;
 
 /// m/s, over the whole trajectory.
-double mean_speed(const Trajectory& trajectory) {
-    double way = 0;
-    for (std::size_t k = 1; k < trajectory.knots.size(); ++k) way += (trajectory.knots[k] - trajectory.knots[k - 1]).head<2>().norm();
-    return way / std::max(to_seconds(trajectory.end() - trajectory.start()), 1e-3);
+double mean_speed(const Trajectory& trajectory) { return way_along(trajectory).back() / std::max(to_seconds(trajectory.end() - trajectory.start()), 1e-3); }
+
+/// An observation with its term.
+struct Observed {
+    const Measured* measured;
+    MeasuredTerm term;
+};
+
+/// Those that show something where the trajectory runs.
+std::vector<Observed> observed_along(const Trajectory& trajectory, const std::vector<Measured>& measured, int robot, const TrackingModels& models) {
+    std::vector<Observed> all;
+    for (const Measured& m : measured) {
+        MeasuredTerm term = measured_term(m, robot, trajectory, models);
+        if (term.cost) all.push_back({&m, std::move(term)});
+    }
+    return all;
+}
+
+/// Of the errors that change fast, the fastest.
+ChangeRate fastest_of(const std::vector<Observed>& observed, double speed) {
+    ChangeRate fastest;
+    for (const Observed& o : observed) {
+        for (const SlowState& state : o.term.slow) {
+            if (!changes_fast(state, speed)) continue;
+            fastest.per_second = std::max(fastest.per_second, state.per_second);
+            fastest.per_metre = std::max(fastest.per_metre, state.per_metre);
+        }
+    }
+    return fastest;
 }
 
 /// One least-squares problem over one stretch of one robot's way. The knots are changed in place.
 class StretchProblem {
 public:
-    StretchProblem(const SmoothingTask& task, Trajectory& trajectory, const std::vector<Measured>& measured, double widening, const SourceNoise& noise,
+    /// `observed`: along this trajectory. `speed`: m/s, on average.
+    StretchProblem(const SmoothingTask& task, Trajectory& trajectory, std::vector<Observed> observed, double speed, double widening, const SourceNoise& noise,
                    const StretchProblem* earlier)
         : task_(task),
           trajectory_(trajectory),
-          slow_(problem_, trajectory.start(), task.settings.lasting, mean_speed(trajectory), earlier ? &earlier->slow_ : nullptr),
+          slow_(problem_, Slices(trajectory, fastest_of(observed, speed)), task.settings.lasting, speed, earlier ? &earlier->slow_ : nullptr),
           widening_(widening) {
         for (Knot& knot : trajectory_.knots) problem_.AddParameterBlock(knot.data(), 6);
         problem_.AddResidualBlock(loose_term(trajectory_.knots.front()).release(), nullptr, trajectory_.knots.front().data());
         for (std::size_t k = 0; k + 1 < trajectory_.knots.size(); ++k) add_motion(k);
-        const std::vector<double> looks = looks_alike(measured);
-        for (std::size_t i = 0; i < measured.size(); ++i) add_measured(measured[i], looks[i], noise);
+        const std::vector<double> looks = looks_alike(observed);
+        for (std::size_t i = 0; i < observed.size(); ++i) add_observed(observed[i], looks[i], noise);
     }
 
     /// The trajectory stays as it is, only slow errors are sought.
@@ -83,19 +110,39 @@ public:
     }
 
     SmoothedCovariance covariance() {
+        const Slices& slices = slow_.slices();
+        std::vector<std::vector<double*>> of_slice(slices.size());
+        std::vector<double*> common;
+        for (const SlowValues::Value& slow : slow_.all()) (slow.slice ? of_slice[*slow.slice] : common).push_back(slow.value);
         ceres::Problem::EvaluateOptions options;
-        for (Knot& knot : trajectory_.knots) options.parameter_blocks.push_back(knot.data());
-        for (const SlowValues::Value& slow : slow_.all()) options.parameter_blocks.push_back(slow.value);
+        UnknownColumns columns;
+        Eigen::Index column = 0;
+        for (std::size_t s = 0; s < slices.size(); ++s) {
+            const Eigen::Index start = column;
+            const std::size_t end = s + 1 < slices.size() ? slices.first_knot(s + 1) : trajectory_.knots.size();
+            for (std::size_t k = slices.first_knot(s); k < end; ++k) {
+                options.parameter_blocks.push_back(trajectory_.knots[k].data());
+                columns.knots.push_back(column);
+                column += 6;
+            }
+            options.parameter_blocks.insert(options.parameter_blocks.end(), of_slice[s].begin(), of_slice[s].end());
+            column += static_cast<Eigen::Index>(of_slice[s].size());
+            columns.slices.push_back(column - start);
+        }
+        options.parameter_blocks.insert(options.parameter_blocks.end(), common.begin(), common.end());
         ceres::CRSMatrix crs;
         if (!problem_.Evaluate(options, nullptr, nullptr, nullptr, &crs)) return {};
         const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>> jacobian(crs.num_rows, crs.num_cols, static_cast<Eigen::Index>(crs.values.size()),
                                                                                       crs.rows.data(), crs.cols.data(), crs.values.data());
-        return smoothed_covariance(jacobian, trajectory_.knots.size());
+        return smoothed_covariance(jacobian, columns);
     }
 
+    /// What all slices have in common, in the order of the covariance.
     std::vector<SlowEstimate> slow() const {
         std::vector<SlowEstimate> estimates;
-        for (const SlowValues::Value& slow : slow_.all()) estimates.push_back({slow.state, *slow.value});
+        for (const SlowValues::Value& slow : slow_.all()) {
+            if (!slow.slice) estimates.push_back({slow.state, *slow.value});
+        }
         return estimates;
     }
 
@@ -141,9 +188,9 @@ private:
     }
 
     /// Of each observation: how many there are of the same thing with the robot about where it was then.
-    std::vector<double> looks_alike(const std::vector<Measured>& measured) const {
+    std::vector<double> looks_alike(const std::vector<Observed>& observed) const {
         const SmootherSettings& settings = task_.settings;
-        std::vector<double> looks(measured.size(), 1);
+        std::vector<double> looks(observed.size(), 1);
         if (!(settings.same_place > 0)) return looks;
         using Cell = std::tuple<int, int, long, long, long>;
         std::map<Cell, double> counts;
@@ -153,14 +200,14 @@ private:
             return Cell{m.source, thing_of(m), number(at[0], settings.same_place), number(at[1], settings.same_place),
                         number(wrap_angle(at[2]), settings.same_heading)};
         };
-        for (const Measured& m : measured) ++counts[cell_of(m)];
-        for (std::size_t i = 0; i < measured.size(); ++i) looks[i] = counts[cell_of(measured[i])];
+        for (const Observed& o : observed) ++counts[cell_of(*o.measured)];
+        for (std::size_t i = 0; i < observed.size(); ++i) looks[i] = counts[cell_of(*observed[i].measured)];
         return looks;
     }
 
-    void add_measured(const Measured& m, double looks, const SourceNoise& noise) {
-        MeasuredTerm term = measured_term(m, task_.robot, trajectory_, task_.models);
-        if (!term.cost) return;
+    void add_observed(Observed& observed, double looks, const SourceNoise& noise) {
+        const Measured& m = *observed.measured;
+        MeasuredTerm& term = observed.term;
         const std::size_t k = trajectory_.knot_before(m.time);
         std::vector<double*> parameters = {trajectory_.knots[k].data(), trajectory_.knots[k + 1].data()};
         for (const SlowState& state : term.slow) parameters.push_back(slow_.of(state, m.time));
@@ -226,13 +273,18 @@ SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& star
     constexpr double solves = 4;
     SmoothedStretch stretch{start, {}, {}, {}, true};
     Trajectories trajectories = others;
-    std::unique_ptr<StretchProblem> problem;
     SourceNoise noise;
+    const double speed = mean_speed(start);
+    // `taken`: where the robot is taken to be; solving changes it in place.
+    const auto problem_along = [&](Trajectory& taken, double widening, const StretchProblem* earlier) {
+        trajectories[static_cast<std::size_t>(task.robot)] = taken;
+        const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories);
+        return std::make_unique<StretchProblem>(task, taken, observed_along(taken, measured, task.robot, task.models), speed, widening, noise, earlier);
+    };
+    std::unique_ptr<StretchProblem> problem;
     int solved = 0;
     const auto solve = [&](double widening) {
-        trajectories[static_cast<std::size_t>(task.robot)] = stretch.trajectory;
-        const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories);
-        problem = std::make_unique<StretchProblem>(task, stretch.trajectory, measured, widening, noise, problem.get());
+        problem = problem_along(stretch.trajectory, widening, problem.get());
         const double cost = problem->solve();
         if (progress) progress(++solved / solves);
         return cost;
@@ -241,10 +293,9 @@ SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& star
     noise = problem->left_over();
     const double cost = solve(1);
     Trajectory kept = start;
-    trajectories[static_cast<std::size_t>(task.robot)] = kept;
-    StretchProblem of_start(task, kept, measured_of(task.robot, task.history, task.groups, task.models, trajectories), 1, noise, nullptr);
-    of_start.keep_knots();
-    stretch.settled = cost <= of_start.solve();
+    const auto of_start = problem_along(kept, 1, nullptr);
+    of_start->keep_knots();
+    stretch.settled = cost <= of_start->solve();
     stretch.covariance = problem->covariance();
     stretch.slow = problem->slow();
     stretch.counts = problem->counts();

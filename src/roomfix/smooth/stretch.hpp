@@ -39,7 +39,7 @@ struct SightingCount {
 struct SmoothedStretch {
     Trajectory trajectory;
     SmoothedCovariance covariance;        // of the knots, and of `slow` in its order
-    std::vector<SlowEstimate> slow;       // a value for each while over which it was taken for constant
+    std::vector<SlowEstimate> slow;       // a value for each long while over which it was taken for constant; without what changes within seconds
     std::map<int, SightingCount> counts;  // by source
     bool settled = true;                  // nothing is explained worse than by the start
 };
