@@ -54,5 +54,27 @@ TEST(SlowValues, StartWhereTheEarlierSolutionHasThem) {
     EXPECT_EQ(*later.of(bias, 0), 7);
 }
 
+TEST(SlowValues, TellABeliefWhatAllThingsShareAndNothingOfOneThing) {
+    const Trajectory way = steady_drive();
+    const SlowState sway{SlowKind::bearing_wander, 7, -1, 0.04, 0, 5}, scale{SlowKind::range_scale, 7, 0, 0.01, 1.0 / 600, 0};
+    const SlowState of_one{SlowKind::range_bias, 7, 3, 1, 1.0 / 600, 0}, elsewhere{SlowKind::range_scale, 8, 0, 0.01, 1.0 / 600, 0};
+    ceres::Problem problem;
+    SlowValues values(problem, Slices(way, {0, 5}), false, 0.2, nullptr);
+    *values.of(sway, from_seconds(3)) = 0.1;
+    *values.of(scale, from_seconds(3)) = 0.02;
+    *values.of(of_one, from_seconds(3)) = *values.of(elsewhere, from_seconds(3)) = 9;
+    Belief belief;
+    values.add_known(belief, 7, from_seconds(3));
+    ASSERT_EQ(belief.size, core_states + 2);
+    const auto swayed = find_slow(belief, SlowKind::bearing_wander, 7, -1), scaled = find_slow(belief, SlowKind::range_scale, 7, 0);
+    ASSERT_TRUE(swayed && scaled);
+    EXPECT_EQ(belief.mean[*swayed], 0.1);
+    EXPECT_LT(belief.covariance(*swayed, *swayed), sway.variance);
+    EXPECT_EQ(belief.mean[*scaled], 0.02);
+    Belief later;
+    values.add_known(later, 7, from_seconds(15));
+    EXPECT_EQ(later.size, core_states + 1) << "of the sway nothing is known then";
+}
+
 }  // namespace
 }  // namespace roomfix

@@ -97,10 +97,11 @@ void add_corner(const CornerSighting& sighting, const Event& event, const Trajec
 
 /// The landmark that a detector saw, as seen from the trajectory; what fits none is left out.
 void add_mark(const SightingObservation& seen, const Event& event, const Trajectory& trajectory, const TrackingModels& models, int robot,
-              std::vector<Measured>& measured) {
+              const KnownErrors& known, std::vector<Measured>& measured) {
     Belief belief = belief_on(trajectory, event.time);
     belief.covariance(state_x, state_x) = belief.covariance(state_y, state_y) = place_doubt * place_doubt;
     belief.covariance(state_yaw, state_yaw) = yaw_doubt * yaw_doubt;
+    if (known) known(belief, event.time);
     if (const auto landmark = likeliest_mark(belief, seen, models.marks, models.detectors[static_cast<std::size_t>(robot)], models.settings.outliers)) {
         measured.push_back({event.time, event.source, SeenMark{seen, *landmark}});
     }
@@ -117,7 +118,7 @@ int thing_of(const Measured& measured) {
 }
 
 std::vector<Measured> measured_of(int robot, const TrackerHistory& history, const std::vector<Group>& groups, const TrackingModels& models,
-                                  const std::vector<std::optional<Trajectory>>& trajectories) {
+                                  const std::vector<std::optional<Trajectory>>& trajectories, const KnownErrors& known) {
     std::vector<Measured> measured;
     const auto& trajectory = trajectories[static_cast<std::size_t>(robot)];
     if (!trajectory) return measured;
@@ -140,7 +141,7 @@ std::vector<Measured> measured_of(int robot, const TrackerHistory& history, cons
         } else if (const auto* landmarks = std::get_if<LandmarkSighting>(&event.what)) {
             add_landmarks(*landmarks, event, *trajectory, models, measured);
         } else if (const auto* mark = std::get_if<SightingObservation>(&event.what)) {
-            add_mark(*mark, event, *trajectory, models, robot, measured);
+            add_mark(*mark, event, *trajectory, models, robot, known, measured);
         } else if (const auto* corners = std::get_if<CornerSighting>(&event.what)) {
             add_corner(*corners, event, *trajectory, models, measured);
         }

@@ -8,13 +8,21 @@
 namespace roomfix {
 namespace {
 
-constexpr double fast_stretch = 20;     // s: what has to change more often does so with the slices
-constexpr double forgotten = 3;         // memories after which a value starts anew
-constexpr double least_change = 1e-3;   // of its standard deviation, from one value to the next
-constexpr double longest = 1e5;         // s
-constexpr double walking_stretch = 20;  // s
-constexpr double for_ever = 1e9;        // s
-constexpr int of_core = -1;             // in place of a kind of slow state
+constexpr double fast_stretch = 20;       // s: what has to change more often does so with the slices
+constexpr double forgotten = 3;           // memories after which a value starts anew
+constexpr double least_change = 1e-3;     // of its standard deviation, from one value to the next
+constexpr double longest = 1e5;           // s
+constexpr double walking_stretch = 20;    // s
+constexpr double for_ever = 1e9;          // s
+constexpr double left_of_lasting = 0.05;  // of the variance, once it was estimated along ...
+constexpr double left_of_fast = 0.3;      // ... from what a short while told
+constexpr int of_core = -1;               // in place of a kind of slow state
+
+/// Of one beacon or landmark only?
+bool is_of_one_thing(const SlowState& state) {
+    const bool by_component = state.kind == SlowKind::range_bias || state.kind == SlowKind::range_wander;
+    return by_component && state.component >= 0;
+}
 
 /// value / sigma
 class Prior final : public ceres::SizedCostFunction<1, 1> {
@@ -56,12 +64,9 @@ std::pair<double, double> kept_and_added(double age, double variance) {
 
 bool changes_fast(const SlowState& state, double speed) { return (state.per_second + speed * state.per_metre) * fast_stretch > part_of_memory; }
 
-const double* SlowValues::earlier_value(const Key& key, long number) const {
-    if (earlier_ == nullptr) return nullptr;
-    const auto chain = earlier_->chains_.find(key);
-    if (chain == earlier_->chains_.end()) return nullptr;
-    const long place = number - chain->second.first;
-    return place >= 0 && place < static_cast<long>(chain->second.values.size()) ? chain->second.values[static_cast<std::size_t>(place)].get() : nullptr;
+const double* SlowValues::value_in(const Chain& chain, long number) {
+    const long place = number - chain.first;
+    return place >= 0 && place < static_cast<long>(chain.values.size()) ? chain.values[static_cast<std::size_t>(place)].get() : nullptr;
 }
 
 double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& state, double stretch, double sigma, double keep, double step_sigma,
@@ -69,12 +74,21 @@ double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& sta
     const long number = static_cast<long>(std::floor(to_seconds(time - slices_.start(0)) / stretch));
     const auto [found, fresh] = chains_.try_emplace(key);
     Chain& chain = found->second;
-    if (fresh) chain.first = number;
+    if (fresh) {
+        chain.state = state;
+        chain.stretch = stretch;
+        chain.first = number;
+    }
+    const Chain* known_values = nullptr;
+    if (earlier_ != nullptr) {
+        const auto there = earlier_->chains_.find(key);
+        if (there != earlier_->chains_.end()) known_values = &there->second;
+    }
     while (chain.first + static_cast<long>(chain.values.size()) <= number) {
         chain.values.push_back(std::make_unique<double>(0.0));
         double* value = chain.values.back().get();
         all_.push_back({value, state, std::nullopt});
-        const double* known = earlier_value(key, chain.first + static_cast<long>(chain.values.size()) - 1);
+        const double* known = known_values == nullptr ? nullptr : value_in(*known_values, chain.first + static_cast<long>(chain.values.size()) - 1);
         if (known != nullptr) *value = *known;
         if (chain.values.size() == 1) {
             problem_.AddResidualBlock(new Prior(sigma), nullptr, value);
@@ -87,13 +101,26 @@ double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& sta
     return chain.values[static_cast<std::size_t>(std::max(number - chain.first, 0L))].get();
 }
 
-const double* SlowValues::earlier_fast(const Key& key, Nanoseconds time) const {
-    if (earlier_ == nullptr) return nullptr;
-    const auto chain = earlier_->fast_.find(key);
-    if (chain == earlier_->fast_.end()) return nullptr;
-    const std::size_t slice = earlier_->slices_.at(time);
+const double* SlowValues::value_at(const Key& key, Nanoseconds time) const {
+    const auto chain = fast_.find(key);
+    if (chain == fast_.end()) return nullptr;
+    const std::size_t slice = slices_.at(time);
     const auto found = std::lower_bound(chain->second.begin(), chain->second.end(), slice, [](const FastValue& v, std::size_t s) { return v.slice < s; });
     return found != chain->second.end() && found->slice == slice ? found->value.get() : nullptr;
+}
+
+void SlowValues::add_known(Belief& belief, int source, Nanoseconds time) const {
+    const auto add = [&](const SlowState& state, const double* value, double left) {
+        if (value == nullptr || state.source != source || is_of_one_thing(state)) return;
+        const int index = ensure_slow(belief, state);
+        belief.mean[index] = *value;
+        belief.covariance(index, index) = left * state.variance;
+    };
+    for (const auto& [key, chain] : chains_) {
+        if (chain.state)
+            add(*chain.state, value_in(chain, static_cast<long>(std::floor(to_seconds(time - slices_.start(0)) / chain.stretch))), left_of_lasting);
+    }
+    for (const auto& [key, chain] : fast_) add(chain.front().state, value_at(key, time), left_of_fast);
 }
 
 double* SlowValues::in_slice(const Key& key, const SlowState& state, Nanoseconds time) {
@@ -101,10 +128,10 @@ double* SlowValues::in_slice(const Key& key, const SlowState& state, Nanoseconds
     const ChangeRate rate{state.per_second, state.per_metre};
     std::vector<FastValue>& chain = fast_[key];
     const auto add = [&](std::size_t at) {
-        chain.push_back({at, std::make_unique<double>(0.0)});
+        chain.push_back({state, at, std::make_unique<double>(0.0)});
         double* value = chain.back().value.get();
         all_.push_back({value, state, at});
-        const double* known = earlier_fast(key, slices_.start(at));
+        const double* known = earlier_ == nullptr ? nullptr : earlier_->value_at(key, slices_.start(at));
         if (known != nullptr) *value = *known;
         return value;
     };

@@ -40,15 +40,21 @@ public:
     /// A value that walks at random: `sigma` at first, and `walk` per square root of a second. `core`: which of the core's states.
     double* walking(int core, double sigma, double walk, Nanoseconds time);
 
+    /// Adds to a belief what is known of the errors of `source` that all it sees have in common, as they were at a time.
+    void add_known(Belief& belief, int source, Nanoseconds time) const;
+
     const std::vector<Value>& all() const { return all_; }
     const Slices& slices() const { return slices_; }
 
 private:
     struct Chain {
-        long first = 0;  // number of its first stretch of time
+        std::optional<SlowState> state;
+        double stretch = 0;  // s, over which each value holds
+        long first = 0;      // number of its first stretch of time
         std::vector<std::unique_ptr<double>> values;
     };
     struct FastValue {
+        SlowState state;
         std::size_t slice;
         std::unique_ptr<double> value;
     };
@@ -56,8 +62,9 @@ private:
     double* in_chain(const Key& key, const std::optional<SlowState>& state, double stretch, double sigma, double keep, double step_sigma, Nanoseconds time);
     double* in_slice(const Key& key, const SlowState& state, Nanoseconds time);
 
-    const double* earlier_value(const Key& key, long number) const;
-    const double* earlier_fast(const Key& key, Nanoseconds time) const;
+    static const double* value_in(const Chain& chain, long number);
+    /// Of what changes fast, as it was in the slice of that time.
+    const double* value_at(const Key& key, Nanoseconds time) const;
 
     ceres::Problem& problem_;
     Slices slices_;

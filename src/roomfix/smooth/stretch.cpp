@@ -146,6 +146,9 @@ public:
         return estimates;
     }
 
+    /// Of the robot's own detector.
+    void add_known_errors(Belief& belief, Nanoseconds time) const { slow_.add_known(belief, of_detector, time); }
+
     std::map<int, SightingCount> counts() {
         std::map<int, SightingCount> counts;
         for (const Block& block : blocks_) {
@@ -278,7 +281,9 @@ SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& star
     // `taken`: where the robot is taken to be; solving changes it in place.
     const auto problem_along = [&](Trajectory& taken, double widening, const StretchProblem* earlier) {
         trajectories[static_cast<std::size_t>(task.robot)] = taken;
-        const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories);
+        KnownErrors known;
+        if (earlier != nullptr) known = [&](Belief& belief, Nanoseconds time) { earlier->add_known_errors(belief, time); };
+        const auto measured = measured_of(task.robot, task.history, task.groups, task.models, trajectories, known);
         return std::make_unique<StretchProblem>(task, taken, observed_along(taken, measured, task.robot, task.models), speed, widening, noise, earlier);
     };
     std::unique_ptr<StretchProblem> problem;
@@ -293,7 +298,7 @@ SmoothedStretch smooth_stretch(const SmoothingTask& task, const Trajectory& star
     noise = problem->left_over();
     const double cost = solve(1);
     Trajectory kept = start;
-    const auto of_start = problem_along(kept, 1, nullptr);
+    const auto of_start = problem_along(kept, 1, problem.get());
     of_start->keep_knots();
     stretch.settled = cost <= of_start->solve();
     stretch.covariance = problem->covariance();
