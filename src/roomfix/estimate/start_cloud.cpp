@@ -269,15 +269,12 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
             return student(difference->difference - exact, sigma);
         }
         const auto& seen = std::get<SightingObservation>(heard);
-        constexpr double little = 0.1 * misread;  // of what anything else explains: a tenth of what is always believed
         const double nothing = (seen.range ? 1 / anywhere : 1) * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
-        const double best_bearing = student(0, bearing_error * seen.bearing_sigma);
         const auto of = [&](int landmark) {
             const Eigen::Vector2d& mark = models.marks[static_cast<std::size_t>(landmark)].place;
             const Eigen::Vector2d way = mark - Eigen::Vector2d(guess.x, guess.y);
             const double density = seen.range ? density_of(*seen.range, stated(guess, std::max(way.norm(), 0.01), way), sigma) : 1;
-            // Where the range does not fit, no bearing can mend it: of many landmarks most are left out by this.
-            if (!seen.bearing || density * best_bearing < little * nothing) return density * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
+            if (!seen.bearing) return density;
             const double expected = wrap_angle(std::atan2(way.y(), way.x()) - guess.yaw);
             return density * student(wrap_angle(*seen.bearing - expected), bearing_error * seen.bearing_sigma);
         };
