@@ -1,5 +1,7 @@
 #include "roomfix/smooth/smoother.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -22,14 +24,20 @@ void correct(Fix& fix, const SmoothedStretch& stretch, const SmoothingTask& task
     const MotionModel& motion = task.models.motion[robot];
     const double swing = std::pow(part * (1 - part) * way.seconds_after(k), 3) / 3;
     covariance.diagonal() += swing * Eigen::Vector3d(motion.acceleration, motion.acceleration, motion.turning).cwiseAbs2();
-    const bool known = worst_sigma(covariance.topLeftCorner<2, 2>()) < task.models.site.lost;
-    if (!known) return;
-    const Knot at = between(way.knots[k], way.knots[k + 1], weights);
-    fix.pose = {at[0], at[1], wrap_angle(at[2])};
-    fix.covariance = 0.5 * (covariance + covariance.transpose());
     fix.velocity.reset();  // the tracker's: it knew less
     fix.nis.clear();
     fix.hypotheses.clear();
+    const double sigma = worst_sigma(covariance.topLeftCorner<2, 2>());
+    if (!(sigma < task.models.site.lost)) {
+        fix.status = FixStatus::none;
+        fix.sources.clear();
+        fix.yaw_known = false;
+        fix.reason = fmt::format("with all that came later, too, it may be anywhere within {:.1f} m", 2 * sigma);
+        return;
+    }
+    const Knot at = between(way.knots[k], way.knots[k + 1], weights);
+    fix.pose = {at[0], at[1], wrap_angle(at[2])};
+    fix.covariance = 0.5 * (covariance + covariance.transpose());
     if (fix.status == FixStatus::none) fix.status = FixStatus::coasting;
     fix.yaw_known = covariance(2, 2) < 0.25;
     fix.reason.clear();
