@@ -132,7 +132,7 @@ TEST(Slices, EndWhereAnErrorHasBecomeAnother) {
         const std::size_t last = slices.first_knot(s + 1) - 1;
         EXPECT_LE((way.knots[last].x() - way.knots[slices.first_knot(s)].x()) * rate.per_metre, part_of_memory + 1e-9);
         EXPECT_LT(last - slices.first_knot(s), 8U) << "more unknowns make the covariance dear";
-        EXPECT_EQ(slices.of_knot(last), s);
+        EXPECT_EQ(slices.at(way.times[last]), s);
         EXPECT_EQ(slices.at(way.times[last] + 1), s);
     }
     EXPECT_EQ(slices.age(slices.at(0), slices.at(from_seconds(9)), rate), 0) << "it stood";

@@ -272,6 +272,7 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         const double nothing = (seen.range ? 1 / anywhere : 1) * (seen.bearing ? 1 / (2 * std::numbers::pi) : 1);
         const auto of = [&](int landmark) {
             const Eigen::Vector2d& mark = models.marks[static_cast<std::size_t>(landmark)].place;
+            // What predict_sighting() predicts, without the derivatives that it computes along: this is asked for each guess and landmark.
             const Eigen::Vector2d way = mark - Eigen::Vector2d(guess.x, guess.y);
             const double density = seen.range ? density_of(*seen.range, stated(guess, std::max(way.norm(), 0.01), way), sigma) : 1;
             if (!seen.bearing) return density;

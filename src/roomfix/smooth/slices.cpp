@@ -41,7 +41,6 @@ Slices::Slices(const Trajectory& trajectory, const ChangeRate& fastest) {
             starts_.push_back(trajectory.times[k]);
             metres_.push_back(way[k]);
         }
-        of_knot_.push_back(first_knots_.size() - 1);
     }
 }
 

@@ -26,7 +26,6 @@ public:
     Slices(const Trajectory& trajectory, const ChangeRate& fastest);
 
     std::size_t size() const { return first_knots_.size(); }
-    std::size_t of_knot(std::size_t knot) const { return of_knot_[knot]; }
     /// Its first knot.
     std::size_t first_knot(std::size_t slice) const { return first_knots_[slice]; }
     Nanoseconds start(std::size_t slice) const { return starts_[slice]; }
@@ -37,7 +36,6 @@ public:
 
 private:
     std::vector<std::size_t> first_knots_;
-    std::vector<std::size_t> of_knot_;
     std::vector<Nanoseconds> starts_;
     std::vector<double> metres_;  // at the start of each slice
 };

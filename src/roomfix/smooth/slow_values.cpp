@@ -64,6 +64,8 @@ std::pair<double, double> kept_and_added(double age, double variance) {
 
 bool changes_fast(const SlowState& state, double speed) { return (state.per_second + speed * state.per_metre) * fast_stretch > part_of_memory; }
 
+long SlowValues::number_at(Nanoseconds time, double stretch) const { return static_cast<long>(std::floor(to_seconds(time - slices_.start(0)) / stretch)); }
+
 const double* SlowValues::value_in(const Chain& chain, long number) {
     const long place = number - chain.first;
     return place >= 0 && place < static_cast<long>(chain.values.size()) ? chain.values[static_cast<std::size_t>(place)].get() : nullptr;
@@ -71,7 +73,7 @@ const double* SlowValues::value_in(const Chain& chain, long number) {
 
 double* SlowValues::in_chain(const Key& key, const std::optional<SlowState>& state, double stretch, double sigma, double keep, double step_sigma,
                              Nanoseconds time) {
-    const long number = static_cast<long>(std::floor(to_seconds(time - slices_.start(0)) / stretch));
+    const long number = number_at(time, stretch);
     const auto [found, fresh] = chains_.try_emplace(key);
     Chain& chain = found->second;
     if (fresh) {
@@ -105,8 +107,9 @@ const double* SlowValues::value_at(const Key& key, Nanoseconds time) const {
     const auto chain = fast_.find(key);
     if (chain == fast_.end()) return nullptr;
     const std::size_t slice = slices_.at(time);
-    const auto found = std::lower_bound(chain->second.begin(), chain->second.end(), slice, [](const FastValue& v, std::size_t s) { return v.slice < s; });
-    return found != chain->second.end() && found->slice == slice ? found->value.get() : nullptr;
+    const std::vector<FastValue>& values = chain->second.values;
+    const auto found = std::lower_bound(values.begin(), values.end(), slice, [](const FastValue& v, std::size_t s) { return v.slice < s; });
+    return found != values.end() && found->slice == slice ? found->value.get() : nullptr;
 }
 
 void SlowValues::add_known(Belief& belief, int source, Nanoseconds time) const {
@@ -117,18 +120,17 @@ void SlowValues::add_known(Belief& belief, int source, Nanoseconds time) const {
         belief.covariance(index, index) = left * state.variance;
     };
     for (const auto& [key, chain] : chains_) {
-        if (chain.state)
-            add(*chain.state, value_in(chain, static_cast<long>(std::floor(to_seconds(time - slices_.start(0)) / chain.stretch))), left_of_lasting);
+        if (chain.state) add(*chain.state, value_in(chain, number_at(time, chain.stretch)), left_of_lasting);
     }
-    for (const auto& [key, chain] : fast_) add(chain.front().state, value_at(key, time), left_of_fast);
+    for (const auto& [key, chain] : fast_) add(chain.state, value_at(key, time), left_of_fast);
 }
 
 double* SlowValues::in_slice(const Key& key, const SlowState& state, Nanoseconds time) {
     const std::size_t slice = slices_.at(time);
     const ChangeRate rate{state.per_second, state.per_metre};
-    std::vector<FastValue>& chain = fast_[key];
+    std::vector<FastValue>& chain = fast_.try_emplace(key, FastChain{state, {}}).first->second.values;
     const auto add = [&](std::size_t at) {
-        chain.push_back({state, at, std::make_unique<double>(0.0)});
+        chain.push_back({at, std::make_unique<double>(0.0)});
         double* value = chain.back().value.get();
         all_.push_back({value, state, at});
         const double* known = earlier_ == nullptr ? nullptr : earlier_->value_at(key, slices_.start(at));

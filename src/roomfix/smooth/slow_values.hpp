@@ -1,5 +1,5 @@
 // Errors that change slowly, as unknowns of the smoother: constant over a while, tied to the next while.
-// Those that change within seconds are constant in a slice of the trajectory, and its unknowns; the others are common to all slices.
+// Those that are others after a minute or two are constant in a slice of the trajectory, and its unknowns; the rest is common to all slices.
 #pragma once
 
 #include <ceres/problem.h>
@@ -54,14 +54,18 @@ private:
         std::vector<std::unique_ptr<double>> values;
     };
     struct FastValue {
-        SlowState state;
         std::size_t slice;
         std::unique_ptr<double> value;
+    };
+    struct FastChain {
+        SlowState state;
+        std::vector<FastValue> values;  // in the order of their slices
     };
     using Key = std::tuple<int, int, int>;
     double* in_chain(const Key& key, const std::optional<SlowState>& state, double stretch, double sigma, double keep, double step_sigma, Nanoseconds time);
     double* in_slice(const Key& key, const SlowState& state, Nanoseconds time);
 
+    long number_at(Nanoseconds time, double stretch) const;
     static const double* value_in(const Chain& chain, long number);
     /// Of what changes fast, as it was in the slice of that time.
     const double* value_at(const Key& key, Nanoseconds time) const;
@@ -72,7 +76,7 @@ private:
     double speed_;
     const SlowValues* earlier_;
     std::map<Key, Chain> chains_;
-    std::map<Key, std::vector<FastValue>> fast_;  // in the order of their slices
+    std::map<Key, FastChain> fast_;
     std::vector<Value> all_;
 };
 

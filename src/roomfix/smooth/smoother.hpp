@@ -22,9 +22,10 @@ struct Smoothed {
 };
 
 /// `tracked`: the tracker's fixes, in the order of their times. Returns the same fixes, with the smoothed poses and their covariances:
-/// a fix of status none becomes a known one where what came later tells, and a known one none where all together does not tell it. Robots that are one of many,
-/// and those with fewer than two fixes, stay as they are. The same input gives the same output. `progress` gets 0..1. Source: batch maximum a posteriori over a
-/// continuous trajectory (Barfoot, Tong and Särkkä 2014), solved by Levenberg-Marquardt.
+/// a fix of status none becomes a known one where what came later tells, and a known one none where all together does not tell it.
+/// Robots that are one of many, and those with fewer than two fixes, stay as they are. The same input gives the same output.
+/// `progress` gets 0..1.
+/// Source: batch maximum a posteriori over a continuous trajectory (Barfoot, Tong and Särkkä 2014), solved by Levenberg-Marquardt.
 Smoothed smooth(const Tracker& tracker, const std::vector<Fix>& tracked, const SmootherSettings& settings = {},
                 const std::function<void(double)>& progress = {});
 
