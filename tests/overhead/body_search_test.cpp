@@ -301,6 +301,39 @@ TEST(BodySearch, AKnownThingIsNotTakenForTheRobotThatItHides) {
     EXPECT_LT(largest_error(true), 0.02);
 }
 
+/// What nobody expects is found in every search, whether it is looked for before the robots or in what they leave; and so is a robot that is followed where
+/// something else stands, within a few searches.
+TEST(BodySearch, WhatNobodyExpectsIsFoundInEverySearch) {
+    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View right = camera({4, -2, 2.6}, {2, 1, 0});
+    const Body person = body_of({"person", Cylinder{0.5, 1.7}});
+    const Pose2 truth{2.0, 1.0, 0.4}, stands{1.2, 2.0, 0};
+    const Evidence a = evidence_of(left, {{person, stands}, {body_of(cart), truth}});
+    const Evidence b = evidence_of(right, {{person, stands}, {body_of(cart), truth}});
+    const std::vector<SeenBy> seen = {{&left, &a}, {&right, &b}};
+    const Eigen::Matrix3d spread = Eigen::Vector3d(0.05 * 0.05, 0.05 * 0.05, 0.1).asDiagonal();
+    const BodyObserverSettings settings;
+    const auto error_of = [&](const std::vector<BodySighting>& found) {
+        return found.size() == 1 ? std::hypot(found[0].place.pose.x - truth.x, found[0].place.pose.y - truth.y) : 1;
+    };
+    {
+        BodyObserver observer({cart});
+        Expectation expected;
+        expected.robots = {{0, truth, true, spread}};
+        for (int search = 0; search < 2 * settings.searches_apart; ++search) {
+            EXPECT_LT(error_of(observer.find(seen, {1}, {}, expected)), 0.05) << search;
+            ASSERT_EQ(observer.things().size(), 1U) << search;
+            EXPECT_LT(std::hypot(observer.things()[0].pose.x - stands.x, observer.things()[0].pose.y - stands.y), 0.1) << search;
+        }
+    }
+    BodyObserver observer({cart});
+    Expectation mistaken;
+    mistaken.robots = {{0, stands, true, spread}};
+    bool right_once = false;
+    for (int search = 0; search < settings.searches_apart; ++search) right_once |= error_of(observer.find(seen, {1}, {}, mistaken)) < 0.05;
+    EXPECT_TRUE(right_once);
+}
+
 /// What was seen before and taken for a thing may have been the robot that is still missing.
 TEST(BodySearch, ARobotThatIsMissingMayBeWhatSeemedToBeAThing) {
     const View left = camera({-1, -1, 3}, {2, 1, 0});

@@ -57,26 +57,41 @@ const std::vector<BodySighting>& BodyObserver::find(std::span<const SeenBy> came
     known_things_ = expected.things;
     nameless_ = expected.nameless;
     begin_moment(cameras);
-    look_for_things(expected);
+    const auto [things_first, kind_in_turn] = turn_of_search(expected.search);
+    look_for_things(expected, things_first);
     for (std::size_t kind = 0; kind < kinds(); ++kind) {
         candidates_[kind].clear();
         look_where_expected(kind);
-        // Who is missing may stand where another one is expected. Now and then all are looked for everywhere, lest one be followed that is another thing.
-        const bool turn = !candidates_[kind].empty() && (searches_ + static_cast<long>(kind)) % settings_.search_expected == 0;
-        if (expected.search && (turn || is_missing(kind))) search_everywhere(kind);
+        // Who is missing may stand where another one is expected.
+        if (expected.search && (is_missing(kind) || (kind_in_turn == kind && !candidates_[kind].empty()))) search_everywhere(kind);
     }
-    searches_ += expected.search;
     while (settle_next(!expected.search, edges)) {
     }
     // Who is still missing: again in what the others leave, where the best places are no longer theirs.
     for (std::size_t kind = 0; kind < kinds() && expected.search; ++kind) {
         if (is_open(kind)) search_everywhere(kind);
     }
+    for (std::size_t kind = kinds(); kind < bodies_.size() && expected.search && !things_first; ++kind) search_everywhere(kind);
     while (settle_next(false, edges)) {
     }
     settle_things();
     note_absent();
     return found_;
+}
+
+/// What is looked for all over the floor before anything is settled. That costs most, since all that is seen is worth a look then: where no robot is missing,
+/// it is things in one search, a kind of robots in another one, lest one be followed that is another thing, and the rest only in what nobody explains.
+BodyObserver::SearchTurn BodyObserver::turn_of_search(bool search) {
+    if (!search) return {};
+    bool missing = false;
+    for (std::size_t kind = 0; kind < kinds(); ++kind) missing |= is_missing(kind);
+    const long turn = searches_ % settings_.searches_apart;
+    const auto round = static_cast<std::size_t>(searches_ / settings_.searches_apart);
+    ++searches_;
+    SearchTurn result;
+    result.things_first = missing || turn == settings_.searches_apart - 1;
+    if (turn == 0 && kinds() > 0) result.kind = round % kinds();
+    return result;
 }
 
 /// Robots of which nothing shows anywhere near where they are expected.
@@ -131,15 +146,15 @@ void BodyObserver::search_everywhere(std::size_t kind) {
     });
 }
 
-/// Candidates for what is no robot: where such things were before and, now and then, everywhere.
-void BodyObserver::look_for_things(const Expectation& expected) {
+/// Candidates for what is no robot: where such things were before and, if asked for, everywhere.
+void BodyObserver::look_for_things(const Expectation& expected, bool everywhere) {
     for (std::size_t kind = kinds(); kind < bodies_.size(); ++kind) {
         candidates_[kind].clear();
         for (const PoseObservation& thing : expected.things) {
             const BodyCandidate found = search_.near(moment_, bodies_[kind], thing.pose, thing.covariance);
             if (found.score > 1) candidates_[kind].push_back(found);
         }
-        if (expected.search) search_everywhere(kind);
+        if (everywhere) search_everywhere(kind);
     }
 }
 

@@ -55,7 +55,7 @@ struct BodyObserverSettings {
     double floor = 100;              // m^2 over which a robot may stand that nobody expects anywhere
     double surprise = 0.02;          // probability that a robot is not where it is expected
     double expected_within = 0.7;    // m, 1 sigma: a robot that is expected no better is looked for everywhere
-    int search_expected = 3;         // searches: in each of so many, expected robots are looked for everywhere, too
+    int searches_apart = 3;          // of so many, one looks everywhere for a kind of robots that are expected, and one for things
     std::vector<Cylinder> things = {{0.5, 1.7}, {0.6, 0.9}};  // m: a person; a chair or a carton. What they explain better is no robot
     double things_sigma = 0.1;                                // m: how well these sizes fit
     double rarity_of_things = 16;                             // nats: what nothing else explains must be so plain to be a thing ...
@@ -108,7 +108,12 @@ private:
     };
     /// Bodies of robots; those of things come behind them.
     std::size_t kinds() const { return bodies_.size() - (kind_of_.size() - robots_); }
+    struct SearchTurn {
+        bool things_first = false;
+        std::optional<std::size_t> kind;
+    };
     void begin_moment(std::span<const SeenBy> cameras);
+    SearchTurn turn_of_search(bool search);
     void look_where_expected(std::size_t kind);
     void search_everywhere(std::size_t kind);
     bool is_missing(std::size_t kind) const;
@@ -119,7 +124,7 @@ private:
     int likeliest_of(std::size_t kind, const Pose2& pose) const;
     void weigh_by_prior(std::size_t kind);
     bool is_open(std::size_t kind) const;
-    void look_for_things(const Expectation& expected);
+    void look_for_things(const Expectation& expected, bool everywhere);
     double most_of_things(int robot, const Pose2& pose);
     bool is_missing_robot(int robot) const;
     bool may_be_missing_robot(const Body& thing, const Pose2& pose) const;
