@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <random>
@@ -90,33 +92,41 @@ TEST_F(Record, ReplayOfARecordingGivesTheSameBytes) {
 }
 
 /// What the program had in its hands is known from the fixes that it wrote at once.
+/// ROOMFIX_KILLS in the environment: how many are killed (default 4).
 TEST_F(Record, KilledAtAnyMomentItLeavesASessionThatLacksLessThanASecond) {
     simulate("kim2011-drive", 3);
-    constexpr int programs = 4;
-    std::vector<std::unique_ptr<RunningProgram>> running;
-    std::mt19937 random(30);
-    for (int i = 0; i < programs; ++i) {
-        running.push_back(std::make_unique<RunningProgram>(fmt::format("run {}/site.yaml --no-page --speed 1 --fixes {} --record {}", path("session"),
-                                                                       path(fmt::format("{}.jsonl", i)), path(fmt::format("killed{}", i)))));
-    }
-    const auto has_fixes = [&](int i) { return fs::exists(path(fmt::format("killed{}/site.yaml", i))) && load_fixes(path(fmt::format("{}.jsonl", i))); };
-    for (int i = 0; i < programs; ++i) {
-        for (int tries = 0; tries < 6000 && !has_fixes(i); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        std::this_thread::sleep_for(std::chrono::milliseconds(std::uniform_int_distribution<int>(100, 700)(random)));
-        running[static_cast<std::size_t>(i)]->kill();
-    }
-    for (int i = 0; i < programs; ++i) {
-        const std::string session = path(fmt::format("killed{}", i));
-        EXPECT_TRUE(fs::exists(session + "/unfinished"));
-        const auto given = load_fixes(path(fmt::format("{}.jsonl", i)));
-        const auto recorded = load_fixes(session + "/fixes.jsonl");
-        ASSERT_TRUE(given && recorded) << i;
-        EXPECT_LT(to_seconds(given->fixes.back().time - recorded->fixes.back().time), 1);
-        const Outcome replayed = call(fmt::format("replay {} --fixes {}", session, path("again.jsonl")));
-        ASSERT_EQ(replayed.code, 0) << replayed.text;
-        const auto again = load_fixes(path("again.jsonl"));
-        ASSERT_TRUE(again);
-        EXPECT_LT(to_seconds(given->fixes.back().time - again->fixes.back().time), 1);
+    constexpr int programs = 4;  // at a time
+    const char* asked = std::getenv("ROOMFIX_KILLS");
+    const int kills = asked ? std::max(std::atoi(asked), programs) : programs;
+    std::mt19937 random(std::random_device{}());
+    for (int killed = 0; killed < kills; killed += programs) {
+        std::vector<std::unique_ptr<RunningProgram>> running;
+        for (int i = 0; i < programs; ++i) {
+            fs::remove_all(path(fmt::format("killed{}", i)));
+            fs::remove(path(fmt::format("{}.jsonl", i)));
+            running.push_back(std::make_unique<RunningProgram>(fmt::format("run {}/site.yaml --no-page --speed 1 --fixes {} --record {}", path("session"),
+                                                                           path(fmt::format("{}.jsonl", i)), path(fmt::format("killed{}", i)))));
+        }
+        const auto has_fixes = [&](int i) { return fs::exists(path(fmt::format("killed{}/site.yaml", i))) && load_fixes(path(fmt::format("{}.jsonl", i))); };
+        for (int i = 0; i < programs; ++i) {
+            for (int tries = 0; tries < 6000 && !has_fixes(i); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            std::this_thread::sleep_for(std::chrono::microseconds(std::uniform_int_distribution<int>(100000, 700000)(random)));
+            running[static_cast<std::size_t>(i)]->kill();
+        }
+        for (int i = 0; i < programs; ++i) {
+            SCOPED_TRACE(killed + i);
+            const std::string session = path(fmt::format("killed{}", i));
+            EXPECT_TRUE(fs::exists(session + "/unfinished"));
+            const auto given = load_fixes(path(fmt::format("{}.jsonl", i)));
+            const auto recorded = load_fixes(session + "/fixes.jsonl");
+            ASSERT_TRUE(given && recorded);
+            EXPECT_LT(to_seconds(given->fixes.back().time - recorded->fixes.back().time), 1);
+            const Outcome replayed = call(fmt::format("replay {} --fixes {}", session, path("again.jsonl")));
+            ASSERT_EQ(replayed.code, 0) << replayed.text;
+            const auto again = load_fixes(path("again.jsonl"));
+            ASSERT_TRUE(again);
+            EXPECT_LT(to_seconds(given->fixes.back().time - again->fixes.back().time), 1);
+        }
     }
 }
 

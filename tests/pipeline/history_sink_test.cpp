@@ -70,12 +70,17 @@ TEST_F(StoredHistory, WithoutADatabaseTheOldestAreLostAndCounted) {
     HistorySettings settings;
     settings.most_waiting = 100;
     auto sink = sink_to((folder / "missing" / "history.db").string(), settings);
-    for (int i = 0; i < 250; ++i) ASSERT_TRUE(sink->give(one_fix(i)));
+    for (int i = 0; i < 250; ++i) {
+        FixBatch batch = one_fix(i);
+        batch.zone_events.push_back({});
+        ASSERT_TRUE(sink->give(batch));
+    }
     EXPECT_TRUE(becomes_true([&] { return !sink->stored().ok; }));
-    EXPECT_GE(sink->stored().lost, 50);
+    EXPECT_GE(sink->stored().fixes.lost, 50);
+    EXPECT_GE(sink->stored().zone_events.lost, 50);
     const auto finished = sink->finish();
     ASSERT_FALSE(finished);
-    EXPECT_EQ(finished.error().message.find("250 fixes are missing in the history: history "), 0U) << finished.error().message;
+    EXPECT_EQ(finished.error().message.find("250 fixes and 250 events of zones are missing in the history: history "), 0U) << finished.error().message;
 }
 
 TEST_F(StoredHistory, AFolderThatAppearsLaterGetsAll) {
@@ -110,15 +115,15 @@ TEST_F(StoredHistory, APostgresqlServerThatIsKilledUnderLoadMissesNothingAndHasN
     EXPECT_TRUE(becomes_true([&] { return !sink.stored().ok; })) << "it is not there yet";
     for (int round = 0; round < 2; ++round) {
         EXPECT_TRUE(server.start());
-        const std::int64_t before = sink.stored().stored;
-        EXPECT_TRUE(becomes_true([&] { return sink.stored().ok && sink.stored().stored > before; }));
+        const std::int64_t before = sink.stored().fixes.stored;
+        EXPECT_TRUE(becomes_true([&] { return sink.stored().ok && sink.stored().fixes.stored > before; }));
         server.stop();
         EXPECT_TRUE(becomes_true([&] { return !sink.stored().ok; }));
     }
     EXPECT_TRUE(server.start());
     stop = true;
     load.join();
-    EXPECT_TRUE(becomes_true([&] { return sink.stored().waiting == 0; }));
+    EXPECT_TRUE(becomes_true([&] { return sink.stored().fixes.waiting == 0; }));
     const auto finished = sink.finish();
     EXPECT_TRUE(finished) << finished.error().message;
     const std::vector<Fix> stored = all_of(server.address());

@@ -17,6 +17,15 @@ constexpr std::size_t most_at_once = 1000;  // fixes in one of them
 constexpr double longest_wait = 3;          // intervals, until a database that failed again and again is tried once more
 constexpr double removal_interval = 60;     // s
 
+/// How many there were too many of.
+template <class Numbered>
+std::int64_t drop_oldest(std::deque<Numbered>& waiting, std::size_t most) {
+    if (waiting.size() <= most) return 0;
+    const auto lost = static_cast<std::ptrdiff_t>(waiting.size() - most);
+    waiting.erase(waiting.begin(), waiting.begin() + lost);
+    return lost;
+}
+
 }  // namespace
 
 HistorySink::HistorySink(std::unique_ptr<FixStore> store, const HistorySettings& settings)
@@ -33,11 +42,8 @@ Result<void> HistorySink::give(const FixBatch& batch) {
             numbered.fix.nis.clear();
         }
         for (const ZoneEvent& event : batch.zone_events) waiting_events_.push_back({next_event_++, event});
-        while (waiting_events_.size() > settings_.most_waiting) waiting_events_.pop_front();
-        while (waiting_.size() > settings_.most_waiting) {
-            waiting_.pop_front();
-            ++state_.lost;
-        }
+        state_.fixes.lost += drop_oldest(waiting_, settings_.most_waiting);
+        state_.zone_events.lost += drop_oldest(waiting_events_, settings_.most_waiting);
         if (waiting_.size() < most_at_once) return {};
     }
     changed_.notify_all();
@@ -85,7 +91,8 @@ Result<void> HistorySink::store_some() {
     wait_ = retry_at_ = 0;
     for (const NumberedFix& numbered : storing_) newest_ = std::max(newest_, numbered.fix.time);
     const std::lock_guard lock(mutex_);
-    state_.stored += static_cast<std::int64_t>(storing_.size());
+    state_.fixes.stored += static_cast<std::int64_t>(storing_.size());
+    state_.zone_events.stored += static_cast<std::int64_t>(storing_events_.size());
     storing_.clear();
     storing_events_.clear();
     return {};
@@ -104,7 +111,8 @@ void HistorySink::note(const Result<void>& result) {
     {
         const std::lock_guard lock(mutex_);
         if (!result && state_.ok) told = "not stored: " + result.error().message;
-        if (result && !state_.ok) told = fmt::format("the history is stored again; {} fixes are lost", state_.lost);
+        if (result && !state_.ok)
+            told = fmt::format("the history is stored again; {} fixes and {} events of zones are lost", state_.fixes.lost, state_.zone_events.lost);
         state_.ok = static_cast<bool>(result);
         state_.message = result ? "" : result.error().message;
     }
@@ -113,13 +121,14 @@ void HistorySink::note(const Result<void>& result) {
 
 SinkState HistorySink::state() const {
     const HistoryState now = stored();
-    return {name(), now.ok ? "ok" : "failed", now.message, now.lost};
+    return {name(), now.ok ? "ok" : "failed", now.message, now.fixes.lost};
 }
 
 HistoryState HistorySink::stored() const {
     const std::lock_guard lock(mutex_);
     HistoryState state = state_;
-    state.waiting = next_number_ - state.stored - state.lost;
+    state.fixes.waiting = next_number_ - state.fixes.stored - state.fixes.lost;
+    state.zone_events.waiting = next_event_ - state.zone_events.stored - state.zone_events.lost;
     return state;
 }
 
@@ -131,8 +140,9 @@ Result<void> HistorySink::finish() {
     changed_.notify_all();
     if (thread_.joinable()) thread_.join();
     const HistoryState end = stored();
-    if (end.lost + end.waiting == 0) return {};
-    return Error{fmt::format("{} fixes are missing in the history{}", end.lost + end.waiting, end.ok ? "" : ": " + end.message)};
+    if (end.fixes.missing() + end.zone_events.missing() == 0) return {};
+    return Error{fmt::format("{} fixes and {} events of zones are missing in the history{}", end.fixes.missing(), end.zone_events.missing(),
+                             end.ok ? "" : ": " + end.message)};
 }
 
 Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::function<void(const std::string&)>& tell) {

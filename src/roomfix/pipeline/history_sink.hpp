@@ -21,16 +21,21 @@ namespace roomfix {
 struct HistorySettings {
     double days = 30;                              // fixes older than this, by the newest one's time, are deleted
     double interval = 1;                           // s between transactions
-    std::size_t most_waiting = 50000;              // fixes that wait for a database that is gone; beyond that the oldest are lost
+    std::size_t most_waiting = 50000;              // fixes, and events of zones, that wait for a database that is gone; beyond that the oldest are lost
     std::function<void(const std::string&)> tell;  // a sentence when the database vanishes or comes back; from the sink's thread
 };
 
 struct HistoryState {
     bool ok = true;
-    std::string message;      // what is wrong now
-    std::int64_t stored = 0;  // fixes
-    std::int64_t waiting = 0;
-    std::int64_t lost = 0;
+    std::string message;  // what is wrong now
+    struct Count {
+        std::int64_t stored = 0;
+        std::int64_t waiting = 0;
+        std::int64_t lost = 0;
+
+        std::int64_t missing() const { return waiting + lost; }
+    };
+    Count fixes, zone_events;
 };
 
 /// Stores about once a second, each time all or nothing. A database that vanishes is tried again until it is back, and gets what it missed.
@@ -67,7 +72,7 @@ private:
     std::condition_variable changed_;
     std::deque<NumberedFix> waiting_;
     std::int64_t next_number_ = 0;
-    std::deque<NumberedZoneEvent> waiting_events_;  // few beside the fixes, and not counted with them
+    std::deque<NumberedZoneEvent> waiting_events_;
     std::int64_t next_event_ = 0;
     HistoryState state_;
     bool ending_ = false;
