@@ -10,8 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <random>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "acceptance/program.hpp"
 #include "roomfix/base/text_file.hpp"
@@ -91,43 +94,67 @@ TEST_F(Record, ReplayOfARecordingGivesTheSameBytes) {
     }
 }
 
-/// What the program had in its hands is known from the fixes that it wrote at once.
+class KilledRecord : public Record {
+protected:
+    std::string session_of(int program) const { return path(fmt::format("killed{}", program)); }
+    std::string fixes_of(int program) const { return path(fmt::format("{}.jsonl", program)); }
+    std::unique_ptr<RunningProgram> start(int program) const {
+        fs::remove_all(session_of(program));
+        fs::remove(fixes_of(program));
+        return std::make_unique<RunningProgram>(
+            fmt::format("run {}/site.yaml --no-page --speed 1 --fixes {} --record {}", path("session"), fixes_of(program), session_of(program)));
+    }
+    bool has_fixes(int program) const { return fs::exists(session_of(program) + "/site.yaml") && load_fixes(fixes_of(program)); }
+    /// Each some time after its own first fix, and long before its session ends.
+    bool kill_each(std::vector<std::unique_ptr<RunningProgram>>& running) {
+        using Clock = std::chrono::steady_clock;
+        std::uniform_int_distribution<int> wait(100000, 700000);
+        std::vector<std::optional<Clock::time_point>> due(running.size());
+        for (std::size_t alive = running.size(), tries = 0; alive > 0; ++tries) {
+            if (tries == 60000) return false;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            for (std::size_t i = 0; i < running.size(); ++i) {
+                if (!running[i]) continue;
+                if (!due[i] && has_fixes(static_cast<int>(i))) due[i] = Clock::now() + std::chrono::microseconds(wait(random_));
+                if (!due[i] || Clock::now() < *due[i]) continue;
+                running[i].reset();
+                --alive;
+            }
+        }
+        return true;
+    }
+    /// What the program had in its hands is known from the fixes that it wrote at once.
+    void expect_whole(int program) const {
+        EXPECT_TRUE(fs::exists(session_of(program) + "/unfinished"));
+        const auto given = load_fixes(fixes_of(program));
+        ASSERT_TRUE(given) << given.error().message;
+        const auto seconds_lost = [&](const std::string& file) {
+            const auto left = load_fixes(file);  // it may have been killed before it had written any
+            return to_seconds(given->fixes.back().time - (left ? left->fixes.back() : given->fixes.front()).time);
+        };
+        EXPECT_LT(seconds_lost(session_of(program) + "/fixes.jsonl"), 1);
+        const Outcome replayed = call(fmt::format("replay {} --fixes {}", session_of(program), path("again.jsonl")));
+        ASSERT_EQ(replayed.code, 0) << replayed.text;
+        EXPECT_LT(seconds_lost(path("again.jsonl")), 1);
+    }
+
+private:
+    std::mt19937 random_{std::random_device{}()};
+};
+
 /// ROOMFIX_KILLS in the environment: how many are killed (default 4).
-TEST_F(Record, KilledAtAnyMomentItLeavesASessionThatLacksLessThanASecond) {
+TEST_F(KilledRecord, AtAnyMomentItLeavesASessionThatLacksLessThanASecond) {
     simulate("kim2011-drive", 3);
     constexpr int programs = 4;  // at a time
     const char* asked = std::getenv("ROOMFIX_KILLS");
     const int kills = asked ? std::max(std::atoi(asked), programs) : programs;
-    std::mt19937 random(std::random_device{}());
     for (int killed = 0; killed < kills; killed += programs) {
         std::vector<std::unique_ptr<RunningProgram>> running;
-        for (int i = 0; i < programs; ++i) {
-            fs::remove_all(path(fmt::format("killed{}", i)));
-            fs::remove(path(fmt::format("{}.jsonl", i)));
-            running.push_back(std::make_unique<RunningProgram>(fmt::format("run {}/site.yaml --no-page --speed 1 --fixes {} --record {}", path("session"),
-                                                                           path(fmt::format("{}.jsonl", i)), path(fmt::format("killed{}", i)))));
-        }
-        const auto has_fixes = [&](int i) { return fs::exists(path(fmt::format("killed{}/site.yaml", i))) && load_fixes(path(fmt::format("{}.jsonl", i))); };
-        for (int i = 0; i < programs; ++i) {
-            for (int tries = 0; tries < 6000 && !has_fixes(i); ++tries) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-            std::this_thread::sleep_for(std::chrono::microseconds(std::uniform_int_distribution<int>(100000, 700000)(random)));
-            running[static_cast<std::size_t>(i)]->kill();
-        }
+        for (int i = 0; i < programs; ++i) running.push_back(start(i));
+        ASSERT_TRUE(kill_each(running));
         for (int i = 0; i < programs; ++i) {
             SCOPED_TRACE(killed + i);
-            const std::string session = path(fmt::format("killed{}", i));
-            EXPECT_TRUE(fs::exists(session + "/unfinished"));
-            const auto given = load_fixes(path(fmt::format("{}.jsonl", i)));
-            ASSERT_TRUE(given) << given.error().message;
-            // A session may be killed before it has a fix.
-            const auto seconds_lost = [&](const std::string& file) {
-                const auto left = load_fixes(file);
-                return to_seconds(given->fixes.back().time - (left ? left->fixes.back() : given->fixes.front()).time);
-            };
-            EXPECT_LT(seconds_lost(session + "/fixes.jsonl"), 1);
-            const Outcome replayed = call(fmt::format("replay {} --fixes {}", session, path("again.jsonl")));
-            ASSERT_EQ(replayed.code, 0) << replayed.text;
-            EXPECT_LT(seconds_lost(path("again.jsonl")), 1);
+            expect_whole(i);
         }
     }
 }

@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "roomfix/connect/foxglove_request.hpp"
 #include "roomfix/connect/json_text.hpp"
 #include "roomfix/connect/little_endian.hpp"
 
@@ -102,8 +103,8 @@ struct FoxgloveServer::Impl {
     void greet(lws* socket);
     bool receive(lws* socket, std::string_view bytes);
     bool write(lws* socket);
-    void take(Client& client, const std::string& request);
-    void subscribe(Client& client, const json& wish);
+    void take(Client& client, const std::string& text);
+    void subscribe(Client& client, const FoxgloveRequest::Subscription& wish);
     void queue(Client& client, Frame frame);
     void complain(Client& client, const std::string& message);
 };
@@ -168,33 +169,18 @@ bool FoxgloveServer::Impl::receive(lws* socket, std::string_view bytes) {
 }
 
 /// The mutex is held, here and in all that follows but write().
-void FoxgloveServer::Impl::take(Client& client, const std::string& request) {
-    const json wish = json::parse(request, nullptr, false);
-    const auto operation = wish.is_object() ? wish.find("op") : wish.end();
-    if (!wish.is_object() || operation == wish.end() || !operation->is_string()) return complain(client, "a request is a JSON object with \"op\"");
-    if (*operation == "subscribe") {
-        const json wishes = wish.value("subscriptions", json());
-        for (const json& one : wishes.is_array() ? wishes : json::array()) subscribe(client, one);
-    } else if (*operation == "unsubscribe") {
-        const json ids = wish.value("subscriptionIds", json());
-        for (const json& id : ids.is_array() ? ids : json::array()) {
-            if (id.is_number_unsigned()) client.subscriptions.erase(id.get<std::uint32_t>());
-        }
-    } else {
-        complain(client, "this server only knows subscribe and unsubscribe");
-    }
+void FoxgloveServer::Impl::take(Client& client, const std::string& text) {
+    const FoxgloveRequest request = parse_foxglove_request(text, channels.size());
+    for (const std::string& problem : request.problems) complain(client, problem);
+    for (const FoxgloveRequest::Subscription& wish : request.subscribe) subscribe(client, wish);
+    for (const std::uint32_t id : request.unsubscribe) client.subscriptions.erase(id);
 }
 
-void FoxgloveServer::Impl::subscribe(Client& client, const json& wish) {
-    const json id = wish.is_object() ? wish.value("id", json()) : json();
-    const json channel = wish.is_object() ? wish.value("channelId", json()) : json();
-    if (!id.is_number_unsigned() || !channel.is_number_unsigned()) return complain(client, "a subscription has an id and a channelId");
-    const auto number = channel.get<std::size_t>();
-    if (number < 1 || number > channels.size()) return complain(client, fmt::format("there is no channel {}", number));
+void FoxgloveServer::Impl::subscribe(Client& client, const FoxgloveRequest::Subscription& wish) {
     if (client.subscriptions.size() >= most_subscriptions) return complain(client, "there are too many subscriptions");
-    const auto subscription = id.get<std::uint32_t>();
-    client.subscriptions[subscription] = number - 1;
-    if (const auto found = last.find(number - 1); found != last.end()) queue(client, data_frame(subscription, found->second.time, found->second.json));
+    const std::size_t channel = wish.channel - 1;
+    client.subscriptions[wish.id] = channel;
+    if (const auto found = last.find(channel); found != last.end()) queue(client, data_frame(wish.id, found->second.time, found->second.json));
 }
 
 void FoxgloveServer::Impl::complain(Client& client, const std::string& message) {

@@ -9,9 +9,9 @@
 namespace roomfix {
 namespace {
 
-constexpr double unit_within = 0.1;    // a quaternion may be so much longer or shorter than 1
-constexpr double nobody_knows = 1000;  // m^2: a variance of a place that says that it is none
-constexpr double farthest = 1e7;       // m from where the wheels began
+constexpr double unit_within = 0.1;      // a quaternion may be so much longer or shorter than 1
+constexpr double nobody_knows = 1000;    // m^2: a variance of a place that says that it is none
+constexpr double farthest_driven = 1e7;  // m from where the wheels began
 
 /// All of the pose is zero, and the variance of its place huge, or negative as some write it: the message is about the twist alone.
 bool is_twist_only(const ros::Odometry& message) {
@@ -33,7 +33,7 @@ Result<Pose2> pose_of_wheels(const ros::Odometry& message) {
     const Eigen::Vector3d& place = message.pose.position;
     if (!place.allFinite() || !q.coeffs().allFinite()) return Error{"its pose is not finite"};
     if (std::abs(q.norm() - 1) > unit_within) return Error{"its orientation is no quaternion of length 1"};
-    if (std::abs(place.x()) > farthest || std::abs(place.y()) > farthest) return Error{"its place is farther away than wheels can drive"};
+    if (std::abs(place.x()) > farthest_driven || std::abs(place.y()) > farthest_driven) return Error{"its place is farther away than wheels can drive"};
     const double ahead = q.w() * q.w() + q.x() * q.x() - q.y() * q.y() - q.z() * q.z(), left = 2 * (q.w() * q.z() + q.x() * q.y());
     return Pose2{place.x(), place.y(), std::atan2(left, ahead)};
 }

@@ -8,7 +8,7 @@ namespace roomfix {
 namespace {
 
 constexpr double earliest = -0.002;   // s: a reading that comes sooner than this after it was taken shows that the clocks differ
-constexpr double farthest = 4e9;      // s: more cannot be told in nanoseconds beside the time of our clock
+constexpr double most_offset = 4e9;   // s: more cannot be told in nanoseconds beside the time of our clock
 constexpr double long_delay = 0.04;   // s more than the least: the reading was held up, or a clock was set
 constexpr double out_of_order = 1;    // s: stamps that go back so far are of a clock that was set
 constexpr double longest_queue = 60;  // s
@@ -32,7 +32,7 @@ bool SenderClock::queued(double stamp, double offset, double steady) {
 
 Nanoseconds SenderClock::ours(Nanoseconds stamp, Nanoseconds arrival, double steady) {
     const double offset = to_seconds(arrival) - to_seconds(stamp);
-    if (std::abs(offset) > farthest) return arrival;
+    if (std::abs(offset) > most_offset) return arrival;
     if (!queued(to_seconds(stamp), offset, steady)) offset_.add(steady, offset);
     least_ = offset_.at(steady);
     return agrees() ? stamp : stamp + from_seconds(least_);

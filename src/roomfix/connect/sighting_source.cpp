@@ -16,7 +16,7 @@ namespace roomfix {
 namespace {
 
 constexpr std::size_t most_problems = 20;
-constexpr double farthest = 1000;  // m: nothing indoors is seen from farther
+constexpr double farthest_seen = 1000;  // m: nothing indoors is seen from farther
 
 /// What a line says, as text; empty: it does not say.
 struct SightingText {
@@ -47,7 +47,7 @@ std::optional<int> landmark_index(const Site& site, const std::string& id) {
 Result<double> sigma_of(const std::string& text, double usual) {
     if (text.empty()) return usual;
     const auto number = parse_number(text);
-    if (!number || !(*number > 0) || *number > farthest) return Error{fmt::format("'{}' is no standard deviation: it must be positive", text)};
+    if (!number || !(*number > 0) || *number > farthest_seen) return Error{fmt::format("'{}' is no standard deviation: it must be positive", text)};
     return *number;
 }
 
@@ -70,8 +70,8 @@ Result<SightingObservation> sighting_of(const SightingText& text, const Site& si
     }
     if (!text.range.empty()) {
         sighting.range = parse_number(text.range);
-        if (!sighting.range || !(*sighting.range > 0) || *sighting.range > farthest) {
-            return Error{fmt::format("'{}' is no range: it must lie between 0 and {} m", text.range, number_text(farthest))};
+        if (!sighting.range || !(*sighting.range > 0) || *sighting.range > farthest_seen) {
+            return Error{fmt::format("'{}' is no range: it must lie between 0 and {} m", text.range, number_text(farthest_seen))};
         }
     }
     if (!text.bearing.empty()) {

@@ -19,13 +19,13 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double farthest = 1e5;  // m, as in the site file
+constexpr double farthest_corner = 1e5;  // m, as in the site file
 constexpr const char* expected = R"(a zone is {"border": [[x, y], ...]}, m on the map)";
 
 std::optional<Eigen::Vector2d> corner_of(const json& corner) {
     if (!corner.is_array() || corner.size() != 2 || !corner[0].is_number() || !corner[1].is_number()) return std::nullopt;
     const Eigen::Vector2d p(corner[0].get<double>(), corner[1].get<double>());
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > farthest) return std::nullopt;
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > farthest_corner) return std::nullopt;
     return Eigen::Vector2d(std::round(p.x() * 1e3) / 1e3, std::round(p.y() * 1e3) / 1e3);
 }
 
