@@ -14,6 +14,7 @@ import urllib.request
 
 import jsonschema
 
+from page_crowd import PageCrowd
 from peers import Process, certificate, free_port, labyrinth, listens, program, source, temporary_folder, wait_until
 
 
@@ -240,22 +241,8 @@ class Web(unittest.TestCase):
 
     def test_crowds_of_slow_clients_do_not_starve_the_page(self):
         running = self.serve()
-        open_sockets = []
-        self.addCleanup(lambda: [one.close() for one in open_sockets])
-
-        def connect(first):
-            one = socket.create_connection(("127.0.0.1", self.port), timeout=30)
-            open_sockets.append(one)
-            one.sendall(first)
-            return one
-
-        for _ in range(160):
-            connect(b"")  # idle
-        for _ in range(20):
-            connect(b"GET /api/state HTTP/1.1\r\nHost: ")  # a request that never ends
-        for _ in range(20):
-            connect(b"GET /api/events HTTP/1.1\r\nHost: x\r\n\r\n")  # listens, but takes nothing
-        streams = [connect(b"GET /api/events HTTP/1.1\r\nHost: x\r\n\r\n") for _ in range(100)]
+        crowd = PageCrowd(self.port)
+        self.addCleanup(crowd.close)
         times = []
 
         def visit():
@@ -270,7 +257,7 @@ class Web(unittest.TestCase):
         for visitor in visitors:
             visitor.join()
         self.assertEqual(len(times), 80)
-        for stream in streams:
+        for stream in crowd.streams:
             self.assertIn(b"event: state", stream.recv(4096) + stream.recv(4096))
         self.assertFalse(running.ended())
         times.sort()

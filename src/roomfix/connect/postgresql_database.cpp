@@ -5,6 +5,7 @@
 #include "roomfix/connect/sql_database.hpp"
 
 #ifdef ROOMFIX_WITH_POSTGRESQL
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <atomic>
@@ -77,6 +78,12 @@ private:
     std::thread thread_;
 };
 
+/// Has the other end closed it? A question over such a connection fails, and libpqxx forgets the memory of that failure.
+bool has_ended(int socket) {
+    pollfd asked{socket, POLLRDHUP, 0};
+    return ::poll(&asked, 1, 0) > 0 && (asked.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
+
 class PostgresqlDatabase final : public SqlDatabase {
 public:
     PostgresqlDatabase(const std::string& address, std::vector<std::string> setup) : parts_(parts_of(address)), setup_(std::move(setup)) {
@@ -116,6 +123,7 @@ private:
     Result<T> attempt(const Work& work) {
         std::atomic<bool> missed{false};
         try {
+            if (connection_ && has_ended(connection_->sock())) connection_.reset();
             if (!connection_) connect(missed);
             const Deadline deadline(connection_->sock(), missed);
             pqxx::work transaction(*connection_);
