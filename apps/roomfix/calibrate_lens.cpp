@@ -106,6 +106,9 @@ int calibrate_lens_command(const Arguments& arguments) {
         if (arguments.pictures.empty()) return done;
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
+    if (!arguments.site.empty()) {  // told before the work is done
+        if (const auto found_in = load_camera(arguments.site, arguments.camera); !found_in) return give_up(found_in.error());
+    }
     if (!arguments.from.empty()) {
         const auto info = load_camera_info(arguments.from);
         if (!info) return give_up(info.error());
