@@ -38,7 +38,7 @@ void take(std::string_view& text, std::vector<T>& values) {
     std::size_t count = 0;
     std::memcpy(&count, text.data(), sizeof count);
     values.resize(count);
-    std::memcpy(static_cast<void*>(values.data()), text.data() + sizeof count, count * sizeof(T));
+    if (count > 0) std::memcpy(static_cast<void*>(values.data()), text.data() + sizeof count, count * sizeof(T));  // an empty one has no address
     text.remove_prefix(sizeof count + count * sizeof(T));
 }
 
