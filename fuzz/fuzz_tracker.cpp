@@ -139,6 +139,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (given.empty() || to_seconds(given.back().time - given.front().time) > 20) return 0;
     SmootherSettings settings;
     settings.most_iterations = 3;
-    for (const Fix& fix : smooth(tracker, given, settings)) check(fix);
+    const Smoothed smoothed = smooth(tracker, given, settings);
+    for (const Fix& fix : smoothed.fixes) check(fix);
     return 0;
 }
