@@ -108,9 +108,10 @@ private:
     };
     /// Bodies of robots; those of things come behind them.
     std::size_t kinds() const { return bodies_.size() - (kind_of_.size() - robots_); }
+    /// What is looked for all over the floor before anything is settled.
     struct SearchTurn {
         bool things_first = false;
-        std::optional<std::size_t> kind;
+        std::optional<std::size_t> kind;  // of robots that are expected
     };
     void begin_moment(std::span<const SeenBy> cameras);
     SearchTurn turn_of_search(bool search);
