@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "calibrate.hpp"
 #include "commands.hpp"
@@ -68,15 +69,12 @@ Result<std::vector<BoardShot>> shots_of(const Arguments& arguments, const Chessb
     return shots;
 }
 
-/// Puts a lens into the site file, or prints it.
-int give_to_site(const Arguments& arguments, const CameraModel& found, const IntrinsicsMatrix& covariance) {
+/// Puts a lens into the site file, or prints it. `camera` of the site file; null: none was named.
+int give_to_site(const Arguments& arguments, const SiteCamera* camera, const CameraModel& found, const IntrinsicsMatrix& covariance) {
     CameraModel model = found;
     IntrinsicsMatrix known = covariance;
     Quality quality{.what = "px expected error over the picture"};
-    if (!arguments.site.empty()) {
-        const auto found_in = load_camera(arguments.site, arguments.camera);
-        if (!found_in) return give_up(found_in.error());
-        const SiteCamera* camera = &found_in->camera;
+    if (camera) {
         if (camera->model.width != model.width || camera->model.height != model.height) {
             const auto scaled = rescaled(model, camera->model.width, camera->model.height);
             if (!scaled) {
@@ -106,13 +104,17 @@ int calibrate_lens_command(const Arguments& arguments) {
         if (arguments.pictures.empty()) return done;
     }
     if (arguments.write.write && arguments.site.empty()) return give_up(Error{"--write needs --site and --camera"});
-    if (!arguments.site.empty()) {  // told before the work is done
-        if (const auto found_in = load_camera(arguments.site, arguments.camera); !found_in) return give_up(found_in.error());
+    std::optional<SiteCamera> camera;
+    if (!arguments.site.empty()) {
+        const auto found_in = load_camera(arguments.site, arguments.camera);
+        if (!found_in) return give_up(found_in.error());
+        camera = found_in->camera;
     }
+    const SiteCamera* given_to = camera ? &*camera : nullptr;
     if (!arguments.from.empty()) {
         const auto info = load_camera_info(arguments.from);
         if (!info) return give_up(info.error());
-        return give_to_site(arguments, info->model, IntrinsicsMatrix::Zero());
+        return give_to_site(arguments, given_to, info->model, IntrinsicsMatrix::Zero());
     }
     if (arguments.pictures.empty()) return give_up(Error{"no pictures: give files, a folder or a video of the board, or --from a camera_info file"});
     int width = 0, height = 0;
@@ -128,7 +130,7 @@ int calibrate_lens_command(const Arguments& arguments) {
         say("report: " + arguments.report);
     }
     if (!arguments.camera_info.empty() && !write_file(arguments.camera_info, camera_info_text({name, lens->model}))) return failed;
-    return give_to_site(arguments, lens->model, lens->covariance);
+    return give_to_site(arguments, given_to, lens->model, lens->covariance);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 """What a crowd of page clients does to the page and to the fixes of a live site: 200 idle and slow ones and 100 that listen to events.
 
-ROOMFIX=build/release/bin/roomfix python3 benchmarks/page_crowd.py [--seconds 30]
+ROOMFIX=build/release/bin/roomfix python3 benchmarks/crowded_page.py [--seconds 30]
 
 Prints how long answers of the page took and how old fixes were when they were given, without the crowd and with it."""
 import argparse
@@ -17,7 +17,7 @@ from page_crowd import PageCrowd  # noqa: E402
 from peers import Process, fixes_of, free_port, program, wait_until  # noqa: E402
 
 
-def visit(port, seconds, streams=()):
+def visit(port, seconds, streams):
     """Seconds that each answer took. The streams are read as they come."""
     times, end = [], time.monotonic() + seconds
     while time.monotonic() < end:
@@ -28,6 +28,14 @@ def visit(port, seconds, streams=()):
         for stream in select.select(streams, [], [], 0.02)[0]:
             stream.recv(1 << 16)
     return times
+
+
+def measure(name, port, seconds, fixes, streams=()):
+    begin = time.time()
+    times = visit(port, seconds, streams)
+    ages = [fix["latency"] for fix in fixes_of(fixes) if begin < fix["time"] and "latency" in fix]
+    figures = [1e3 * quantile(values, q) for values in (times, ages) for q in (0.5, 0.99, 1)]
+    print("{:12}              {:6.1f} {:5.1f}   {:6.1f}                   {:6.1f} {:5.1f}   {:6.1f}".format(name, *figures))
 
 
 def main():
@@ -42,16 +50,9 @@ def main():
             wait_until(lambda: fixes.exists() and len(fixes_of(fixes)) > 20 and page.state(), "the robot is followed", 120)
             hall.drive()
             print("             answers, ms: median  99 %  largest    fixes, ms old: median  99 %  largest")
-            for name in ("alone", "with a crowd"):
-                begin = time.time()
-                if name == "alone":
-                    times = visit(port, seconds)
-                else:
-                    with PageCrowd(port) as crowd:
-                        times = visit(port, seconds, crowd.streams)
-                ages = [fix["latency"] for fix in fixes_of(fixes) if begin < fix["time"] and "latency" in fix]
-                figures = [1e3 * quantile(values, q) for values in (times, ages) for q in (0.5, 0.99, 1)]
-                print("{:12}              {:6.1f} {:5.1f}   {:6.1f}                   {:6.1f} {:5.1f}   {:6.1f}".format(name, *figures))
+            measure("alone", port, seconds, fixes)
+            with PageCrowd(port) as crowd:
+                measure("with a crowd", port, seconds, fixes, crowd.streams)
         finally:
             running.stop(True)
             hall.stop()
