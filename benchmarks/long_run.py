@@ -5,7 +5,6 @@ ROOMFIX=build/release/bin/roomfix [ROOMFIX_DDS_LISTENER=build/release/tests/ros2
 Writes DIR/long_run.csv and DIR/long_run.svg, a row and a point per minute."""
 import argparse
 import csv
-import json
 import pathlib
 import random
 import sys
@@ -17,26 +16,11 @@ from killable_peers import SiteWithPeers  # noqa: E402
 from live_site import errors_of, quantile  # noqa: E402
 from peers import wait_until  # noqa: E402
 
+from minutes import FixReader, draw, look_at  # noqa: E402
+
 columns = ["minute", "memory MB", "threads", "open files", "fixes", "latency ms, median", "latency ms, 95 %", "error mm, median", "error mm, 99 %", "surprise", "kills",
            "slowest recovery s"]
-
-
-class FixReader:
-    """The lines that have come to a file since the last call."""
-
-    def __init__(self, file):
-        self.file, self.rest = open(file), ""
-
-    def read(self):
-        *lines, self.rest = (self.rest + self.file.read()).split("\n")
-        return [json.loads(line) for line in lines]
-
-
-def look_at(process):
-    """Memory of its own (MB), threads and open files of a process."""
-    folder = pathlib.Path(f"/proc/{process.pid}")
-    status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
-    return int(status["RssAnon"].split()[0]) / 1024, int(status["Threads"]), len(list((folder / "fd").iterdir()))
+shown = ["memory MB", "open files", "latency ms, median", "latency ms, 95 %", "error mm, median", "slowest recovery s"]
 
 
 def minute_of(site, reader, number, kills, slowest):
@@ -46,24 +30,6 @@ def minute_of(site, reader, number, kills, slowest):
     memory, threads, files = look_at(site.running.process)
     return [number, round(memory, 1), threads, files, len(fixes), *(round(value, 1) for value in (
         quantile(latencies, 0.5), quantile(latencies, 0.95), 1e3 * quantile(errors, 0.5), 1e3 * quantile(errors, 0.99))), round(surprise, 2), kills, round(slowest, 1)]
-
-
-def draw(rows, file):
-    """One small chart below the other: what should stay as it is."""
-    width, height, left = 760, 110, 70
-    shown = ["memory MB", "open files", "latency ms, median", "latency ms, 95 %", "error mm, median", "slowest recovery s"]
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width + left + 20}" height="{len(shown) * (height + 40) + 30}" font-family="sans-serif" font-size="13">',
-             '<rect width="100%" height="100%" fill="white"/>']
-    last = max(row[0] for row in rows)
-    for i, name in enumerate(shown):
-        values = [row[columns.index(name)] for row in rows]
-        top, most = 30 + i * (height + 40), max([value for value in values if value == value] + [1e-9]) * 1.1
-        points = " ".join(f"{left + width * row[0] / max(last, 1):.1f},{top + height - height * value / most:.1f}" for row, value in zip(rows, values) if value == value)
-        parts += [f'<text x="{left}" y="{top - 6}">{name}</text>', f'<path d="M{left},{top} V{top + height} H{left + width}" stroke="#888" fill="none"/>',
-                  f'<text x="{left - 6}" y="{top + 10}" text-anchor="end">{most / 1.1:.4g}</text>', f'<text x="{left - 6}" y="{top + height}" text-anchor="end">0</text>',
-                  f'<polyline points="{points}" fill="none" stroke="#06c" stroke-width="1.5"/>']
-    parts += [f'<text x="{left + width}" y="{len(shown) * (height + 40) + 20}" text-anchor="end">{last} minutes</text>', "</svg>"]
-    file.write_text("\n".join(parts) + "\n")
 
 
 def main():
@@ -91,7 +57,7 @@ def main():
             table.writerow(rows[-1])
             out.flush()
             print(dict(zip(columns, rows[-1])), flush=True)
-            draw(rows, wanted.output / "long_run.svg")
+            draw(columns, rows, shown, wanted.output / "long_run.svg")
             kills, slowest = 0, 0.0
 
 

@@ -3,17 +3,21 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "commands.hpp"
 #include "log.hpp"
 #include "roomfix/base/steady_now.hpp"
 #include "roomfix/base/worker_pool.hpp"
+#include "roomfix/connect/line_file.hpp"
 #include "roomfix/pipeline/fix_file.hpp"
 #include "roomfix/pipeline/page_sink.hpp"
 #include "roomfix/pipeline/source_runner.hpp"
 #include "roomfix/simulate/render_ahead.hpp"
 #include "roomfix/simulate/scenario_renderer.hpp"
+#include "roomfix/simulate/truth_rows.hpp"
 #include "terminal.hpp"
 
 namespace roomfix {
@@ -22,7 +26,7 @@ namespace {
 struct Arguments {
     std::string log_level = "info";
     WebOutput web;
-    std::string fixes;
+    std::string fixes, truth;
     double seconds = 0;
     std::uint64_t seed = 1;
 };
@@ -69,6 +73,18 @@ std::vector<ScenarioRenderer> prepare(const Scenario& scenario, SiteTracker& tra
     return renderers;
 }
 
+/// What all receivers hear between two times (s); `epoch` is time 0.
+RangeBatch heard_between(const Scenario& scenario, double from, double to, Nanoseconds epoch, std::uint64_t seed) {
+    RangeBatch heard;
+    for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
+        for (RangeObservation range : heard_ranges(scenario, r, from, to, seed)) {
+            range.time += epoch;
+            heard.ranges.push_back(range);
+        }
+    }
+    return heard;
+}
+
 int demo(const Arguments& arguments) {
     const Scenario scenario = demo_scenario(arguments.seed);
     auto created = SiteTracker::create(scenario.site);
@@ -85,6 +101,15 @@ int demo(const Arguments& arguments) {
             return bad_input;
         }
         runner.add_sink(std::move(*file), Overflow::drop_oldest);
+    }
+    std::optional<LineFile> truth;
+    if (!arguments.truth.empty()) {
+        auto file = LineFile::create(arguments.truth, truth_header);
+        if (!file) {
+            log_error(file.error().message);
+            return bad_input;
+        }
+        truth = std::move(*file);
     }
     auto page = PageSink::serve(tracker, arguments.web, runner);
     if (!page) {
@@ -123,15 +148,15 @@ int demo(const Arguments& arguments) {
         const RenderAhead::Moment moment = pictures.take();
         if (arguments.seconds > 0 && moment.time > arguments.seconds) break;
         std::this_thread::sleep_until(start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(moment.time)));
-        RangeBatch heard;
-        for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
-            for (RangeObservation range : heard_ranges(scenario, r, heard_until, moment.time, arguments.seed)) {
-                range.time += epoch;
-                heard.ranges.push_back(range);
+        if (truth) {
+            truth->add(truth_rows(scenario, moment.time, epoch + from_seconds(moment.time)));
+            if (auto written = truth->flush(); !written) {
+                log_error(written.error().message);
+                return failed;
             }
         }
+        tracker.process(heard_between(scenario, heard_until, moment.time, epoch, arguments.seed));
         heard_until = moment.time;
-        tracker.process(heard);
         OdometryBatch driven;
         for (auto& [robot, wheel] : wheels) {
             for (const WheelPose& pose : wheel.until(moment.time)) driven.poses.push_back({epoch + from_seconds(pose.time), robot, pose.pose});
@@ -160,10 +185,13 @@ void add_demo(Command& program) {
     command.option("--port", arguments->web.port, "port of the page; 0 picks a free one").show_default().range(0, 65535);
     command.flag("--insecure", arguments->web.insecure, "with --host: whoever reaches this machine may look, without encryption and token");
     command.option("--fixes", arguments->fixes, "file for the fixes; - for stdout");
+    command.option("--truth", arguments->truth, "file for where the robots really are, to set the fixes beside it with evaluate");
     command.option("--seconds", arguments->seconds, "end by itself after that long");
     command.option("--seed", arguments->seed, "of noise, clicks and sizes").show_default();
     add_log_level(command, arguments->log_level);
-    command.footer("Example: roomfix demo --port 8090");
+    command.footer(
+        "Example: roomfix demo --port 8090\nBeside its truth: roomfix demo --seconds 60 --fixes fixes.jsonl --truth truth.csv && roomfix evaluate fixes.jsonl "
+        "--truth truth.csv");
     command.on_run([=] { return with_log(arguments->log_level, [&] { return demo(*arguments); }); });
 }
 

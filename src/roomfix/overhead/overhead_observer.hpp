@@ -74,6 +74,8 @@ public:
     /// Uses a learned background from now on. Robots are found by their whole body, too, where there is one in colour.
     void set_background(BackgroundModel background, ColourBackground colour = {});
     bool has_background() const { return !background_.empty(); }
+    /// The background is still learned from the frames seen, and will change.
+    bool learns_background() const { return learning_; }
     const BackgroundModel& background() const { return background_; }
 
     /// Where they stand between the camera and the floor, it sees no robot.

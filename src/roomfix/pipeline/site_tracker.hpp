@@ -29,7 +29,7 @@ struct TrackerCounts;
 /// What is known about one camera, for the page and the final report.
 struct CameraState {
     std::string id;
-    std::string status = "waiting";  // waiting, ok, slow, changed, frozen, quarantined, away, ended, failed
+    std::string status = "waiting";  // waiting, ok, slow, changed, moved, frozen, quarantined, away, ended, failed
     std::string message;
     std::string note;  // what a live camera says of itself: where its times come from, what it sets by itself
     long frames = 0;

@@ -119,7 +119,7 @@ JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& f
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return frames[a].camera < frames[b].camera; });
     for (const std::size_t i : order) {
         FixedCamera* camera = cameras_[frames[i].camera]->pipeline->fixed();
-        if (looks[i] && looks[i]->frozen <= 0 && camera != nullptr && !camera->evidence().empty()) {
+        if (looks[i] && looks[i]->frozen <= 0 && camera != nullptr && !camera->bumped() && !camera->evidence().empty()) {
             cameras.push_back(camera);
             pictures.push_back(frames[i].image.grey);
             expected = hints[i].robots;
@@ -227,9 +227,12 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
     tell(tracker_, frame.time, camera.pipeline->id(), sighting);
     times_.add(Stage::track, steady_now() - before);
     state.message = sighting.reason;
-    if (const FixedCamera* fixed = camera.pipeline->fixed(); fixed && fixed->changed()) {
-        state.status = "changed";
-        state.message = "a large part of the picture differs from its background: was the camera moved, or the light switched?";
+    if (const FixedCamera* fixed = camera.pipeline->fixed()) {
+        if (fixed->changed()) {
+            state.status = "changed";
+            state.message = "a large part of the picture differs from its background: was the camera moved, or the light switched?";
+        }
+        if (fixed->bumped()) state.status = "moved";
     }
     note_quarantine(*camera.pipeline, state);
     make_due(frame.time, camera.pipeline->id(), look.parts);

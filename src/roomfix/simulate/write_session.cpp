@@ -10,6 +10,7 @@
 #include "roomfix/base/time.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/simulate/scenario_renderer.hpp"
+#include "roomfix/simulate/truth_rows.hpp"
 #include "roomfix/site/site_text.hpp"
 
 namespace roomfix {
@@ -81,19 +82,10 @@ Result<void> write_session(const Scenario& scenario, const fs::path& folder, con
 
     const double duration = options.duration > 0 ? options.duration : scenario.duration;
     const int frames = std::max(1, static_cast<int>(std::lround(duration * scenario.frame_rate)));
-    std::string truth = "time,robot,x,y,yaw\n";
-    const auto add_truth = [&](double time, const std::string& name, const Pose2& pose) {
-        truth += fmt::format("{},{},{},{},{}\n", seconds_text(from_seconds(time)), name, number_text(pose.x), number_text(pose.y), number_text(pose.yaw));
-    };
+    std::string truth = truth_header;
     for (int i = 0; i < frames; ++i) {
         const double time = i / scenario.frame_rate;
-        for (std::size_t r = 0; r < scenario.robots.size(); ++r) {
-            if (time < scenario.robots[r].until) add_truth(time, scenario.robots[r].robot.id, true_pose(scenario, r, time));
-        }
-        for (std::size_t thing = 0; thing < scenario.others.size(); ++thing) {
-            const ScenarioRobot& other = scenario.others[thing];
-            if (time < other.until) add_truth(time, fmt::format("unknown-{}", thing + 1), robot_pose(other, time));
-        }
+        truth += truth_rows(scenario, time, from_seconds(time));
     }
     if (auto written = write_text(folder / "truth.csv", truth); !written) return written;
 

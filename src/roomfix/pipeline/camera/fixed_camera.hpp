@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "roomfix/connect/drawing.hpp"
+#include "roomfix/overhead/bump_detector.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
 #include "roomfix/overhead/robot_tag.hpp"
 #include "roomfix/pipeline/camera/sighting.hpp"
@@ -20,13 +21,15 @@ public:
     const std::string& id() const { return id_; }
     const View& view() const { return observer_.view(); }
     int robot() const { return -1; }  // none carries it
-    void set_background(BackgroundModel background, ColourBackground colour) { observer_.set_background(std::move(background), std::move(colour)); }
+    void set_background(BackgroundModel background, ColourBackground colour);
 
     void look(const PictureView& frame, const FrameHints& hints);
     Sighting sighting() const;
     Drawing drawing() const;
     /// So much of the last frame differs from the background that the camera may have been moved.
     bool changed() const { return result_.changed; }
+    /// The last frame was not used, because the camera was turned since its background was taken.
+    bool bumped() const { return bumped_; }
 
     // Of the last frame, for whoever looks at several cameras together:
 
@@ -51,6 +54,7 @@ public:
 private:
     FixedCamera(const Site& site, const SiteCamera& camera, const View& view);
 
+    bool is_bumped(LumaView frame);
     PoseObservation pose_of(const SilhouetteObservation& seen) const;
     double row_late(double row) const;
 
@@ -58,11 +62,13 @@ private:
     double readout_;  // s
     std::vector<SiteRobot> robots_;
     OverheadObserver observer_;
+    BumpDetector bumps_;
     std::optional<TagDetector> detector_;  // where robots wear tags
     // Of the last frame:
     OverheadResult result_;
     std::vector<PoseObservation> poses_;
     std::vector<TaggedRobot> tagged_;
+    bool bumped_ = false;
 };
 
 }  // namespace roomfix
