@@ -32,6 +32,12 @@ BackgroundListener background_on_terminal() {
     return listener;
 }
 
+static void log_status(const CameraState& camera) {
+    if (camera.status == "ok") log_info(fmt::format("camera {} is ok again", camera.id));
+    if (camera.status == "ok" || camera.status == "ended") return;
+    log_warning(fmt::format("camera {} ({}): {}", camera.id, camera.status, camera.message));
+}
+
 /// What a run was like, for whoever started it.
 static void say_what_happened(const SiteTracker& tracker, const SourceRunner& runner, std::size_t fixes) {
     for (const CameraState& state : tracker.camera_states()) {
@@ -141,6 +147,7 @@ int run_site(const Site& site, const RunOptions& options) {
     auto created = SiteTracker::create(site);
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
+    tracker.on_camera_status(log_status);
     if (auto learned = learn_backgrounds(tracker, options.background, background_on_terminal()); !learned) return give_up(learned.error());
     auto recorder = start_recording(tracker, options);  // outlives the runner
     if (!recorder) return give_up(recorder.error());

@@ -337,6 +337,13 @@ void ColourBackground::add_shift_noise() {
     for (std::size_t i = 0; i < pixels(); ++i) noise_[i] = std::sqrt(noise_[i] * noise_[i] + settings_.shift * settings_.shift * squares[i]);
 }
 
+ColourImage ColourBackground::picture() const {
+    ColourImage image{width_, height_, channels_, scale_, {}};
+    image.values.reserve(mean_.size());
+    for (const float log : mean_) image.values.push_back(static_cast<std::uint8_t>(std::clamp(std::exp(log) - settings_.dark + 0.5f, 0.0f, 255.0f)));
+    return image;
+}
+
 bool ColourBackground::compare(const ColourImage& frame, Evidence& evidence) {
     if (empty() || frame.width != width_ || frame.height != height_) return false;
     const ColourImage* used = &frame;

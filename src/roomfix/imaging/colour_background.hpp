@@ -49,6 +49,8 @@ public:
     void learn(std::vector<ColourImage> frames);
     /// Of a frame of the background's size; a grey frame is compared in grey, and so is any with a grey background. False if the size is another.
     bool compare(const ColourImage& frame, Evidence& evidence);
+    /// The empty scene as a frame of the camera would show it; empty without one.
+    ColourImage picture() const;
     /// After compare(): what surely is background moves it by `part` of the difference, one in four rows each time, and so many times farther.
     void refresh(const Evidence& evidence, float part);
 

@@ -1,6 +1,7 @@
 #include "roomfix/imaging/picture_alignment.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -12,6 +13,23 @@ constexpr int coarse_block = 8;  // px of the smallest picture
 float squared(float value) { return value * value; }
 
 }  // namespace
+
+std::optional<Eigen::Vector2d> seen_after(const CameraModel& model, const Eigen::Vector2d& ray, const PictureMotion& motion) {
+    const Eigen::Vector3d before(ray.x(), ray.y(), 1);
+    const Eigen::Vector3d turn = motion.head<3>();
+    const double angle = turn.norm();
+    const Eigen::Vector3d after = angle > 0 ? Eigen::Vector3d(Eigen::AngleAxisd(-angle, turn / angle) * before) : before;
+    const auto pixel = project(model, after);
+    if (!pixel) return std::nullopt;
+    const Eigen::Vector2d middle(model.cx, model.cy);
+    return Eigen::Vector2d(middle + (1 + motion[3]) * (*pixel - middle));
+}
+
+PictureMotion PictureAlignment::inverse_variances() const {
+    PictureMotion sigmas = PictureMotion::Constant(settings_.most_turned);
+    sigmas[3] = settings_.most_grown;
+    return sigmas.cwiseAbs2().cwiseInverse();
+}
 
 void PictureAlignment::shrink(LumaView picture, Logs& logs) {
     logs.width = picture.width / factor_;
@@ -42,9 +60,7 @@ void PictureAlignment::shrink_more(const Logs& logs, Logs& smallest) {
     }
 }
 
-void PictureAlignment::set_reference(LumaView reference, const std::function<MotionJacobian(const Eigen::Vector2d& pixel)>& jacobian,
-                                     const PictureMotion& prior) {
-    prior_ = prior;
+void PictureAlignment::set_reference(LumaView reference) {
     factor_ = (reference.width + settings_.width - 1) / settings_.width;
     for (std::size_t i = 0; i < log_of_.size(); ++i) log_of_[i] = std::log(static_cast<float>(i) / 16 + settings_.dark);
     shrink(reference, reference_);
@@ -81,8 +97,15 @@ void PictureAlignment::set_reference(LumaView reference, const std::function<Mot
             if (slope < squared(settings_.least_slope)) continue;
             block.expected = squared(settings_.level_noise / std::exp(level)) + squared(settings_.colour_noise) + squared(settings_.blur) * slope;
             const double middle = 0.5 * (block_size - 1);
-            const Eigen::Vector2d pixel = factor_ * (Eigen::Vector2d(left + middle, top + middle) + Eigen::Vector2d(0.5, 0.5)) - Eigen::Vector2d(0.5, 0.5);
-            block.jacobian = jacobian(pixel) / factor_;
+            block.middle = factor_ * (Eigen::Vector2d(left + middle, top + middle) + Eigen::Vector2d(0.5, 0.5)) - Eigen::Vector2d(0.5, 0.5);
+            const auto ray = unproject(model_, block.middle);
+            if (!ray) continue;
+            block.ray = *ray;
+            constexpr double step = 1e-5;
+            for (int i = 0; i < motion_parameters; ++i) {
+                const auto shift = shift_of(block, step * PictureMotion::Unit(i));
+                block.jacobian.col(i) = shift ? Eigen::Vector2d(*shift / step) : Eigen::Vector2d::Zero();
+            }
             blocks_.push_back(block);
         }
     }
@@ -90,15 +113,23 @@ void PictureAlignment::set_reference(LumaView reference, const std::function<Mot
     found_ = {};
 }
 
+/// px of the small picture.
+std::optional<Eigen::Vector2d> PictureAlignment::shift_of(const Block& block, const PictureMotion& motion) const {
+    const auto pixel = seen_after(model_, block.ray, motion);
+    if (!pixel) return std::nullopt;
+    return Eigen::Vector2d((*pixel - block.middle) / factor_);
+}
+
 /// Variance of what is left between a block of the reference and the picture where the motion puts it, but for one brightness; negative if that is not
 /// in the picture. `by_shift`: the sum of what is left times the slopes.
 float PictureAlignment::residual(const Block& block, const PictureMotion& motion, Eigen::Vector2f* by_shift) const {
     constexpr float count = block_size * block_size;
-    const Eigen::Vector2d shift = block.jacobian * motion;
-    const double column = std::floor(shift.x()), line = std::floor(shift.y());
+    const auto shift = shift_of(block, motion);
+    if (!shift) return -1;
+    const double column = std::floor(shift->x()), line = std::floor(shift->y());
     const double x0 = block.x + column, y0 = block.y + line;
     if (!(x0 >= 0 && y0 >= 0 && x0 + block_size + 1 < picture_.width && y0 + block_size + 1 < picture_.height)) return -1;
-    const float right = static_cast<float>(shift.x() - column), down = static_cast<float>(shift.y() - line);
+    const float right = static_cast<float>(shift->x() - column), down = static_cast<float>(shift->y() - line);
     float sum = 0, squares = 0, sum_x = 0, sum_y = 0, mean_x = 0, mean_y = 0;
     for (int y = 0; y < block_size; ++y) {
         const float* above = picture_.at(static_cast<int>(x0), static_cast<int>(y0) + y);
@@ -129,8 +160,8 @@ PictureMotion PictureAlignment::refined(PictureMotion motion) {
     constexpr float count = block_size * block_size;
     for (int step = 0; step < steps; ++step) {
         const float blur = std::max(settings_.blur, 1.0f - 0.2f * static_cast<float>(step));  // px that the motion may still be off
-        Eigen::Matrix<double, motion_parameters, motion_parameters> information = prior_.cwiseAbs2().cwiseInverse().asDiagonal();
-        PictureMotion gradient = prior_.cwiseAbs2().cwiseInverse().cwiseProduct(motion);
+        Eigen::Matrix<double, motion_parameters, motion_parameters> information = inverse_variances().asDiagonal();
+        PictureMotion gradient = inverse_variances().cwiseProduct(motion);
         for (const Block& block : blocks_) {
             Eigen::Vector2f by_shift;
             const float left = residual(block, motion, &by_shift);
@@ -226,7 +257,7 @@ PictureMotion PictureAlignment::searched() const {
             shift = shrink_again * Eigen::Vector2d(dx, dy);
         }
     }
-    Eigen::Matrix<double, motion_parameters, motion_parameters> information = prior_.cwiseAbs2().cwiseInverse().asDiagonal();
+    Eigen::Matrix<double, motion_parameters, motion_parameters> information = inverse_variances().asDiagonal();
     PictureMotion gradient = PictureMotion::Zero();
     for (const Block& block : blocks_) {
         information += block.jacobian.transpose() * block.jacobian;

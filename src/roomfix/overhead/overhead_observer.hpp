@@ -77,6 +77,7 @@ public:
     /// The background is still learned from the frames seen, and will change.
     bool learns_background() const { return learning_; }
     const BackgroundModel& background() const { return background_; }
+    ColourImage background_picture() const { return colour_background_.picture(); }
 
     /// Where they stand between the camera and the floor, it sees no robot.
     void set_walls(const std::vector<Polyline>& walls) { walls_ = walls; }

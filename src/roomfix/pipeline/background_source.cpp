@@ -6,12 +6,14 @@
 #include <utility>
 
 #include "roomfix/connect/frame_source.hpp"
+#include "roomfix/imaging/picture_stabiliser.hpp"
 
 namespace roomfix {
 
 Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::vector<std::string>& sources, const std::function<void(double)>& progress) {
     BackgroundLearner learner;
     ColourFrames colours;
+    PictureStabiliser stabiliser(camera.model);
     for (std::size_t i = 0; i < sources.size(); ++i) {
         auto source = open_source(sources[i]);
         if (!source) return source.error();
@@ -25,8 +27,10 @@ Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::
                 return Error{fmt::format("{}: background frame {} is {} x {} pixels, camera {} has {} x {}: record it with the same settings", sources[i],
                                          frame.name, frame.image.width(), frame.image.height(), camera.id, camera.model.width, camera.model.height)};
             }
-            learner.add(frame.image);
-            colours.add(frame.colour);
+            if (!stabiliser.has_reference()) stabiliser.set_reference({frame.image, &frame.colour});
+            const PictureView picture = stabiliser.steady({frame.image, &frame.colour});
+            learner.add(picture.grey);
+            if (picture.colour) colours.add(*picture.colour);
             if (progress && (*source)->count() > 0) {
                 progress((static_cast<double>(i) + std::min(1.0, seen / static_cast<double>((*source)->count()))) / static_cast<double>(sources.size()));
             }

@@ -35,7 +35,7 @@ public:
     /// What the last frame showed.
     Sighting sighting() const { return sighting_of(kind_); }
     /// The last frame and what was seen in it.
-    ShownFrame shown(LumaView frame) const { return {copy_of(frame), drawing_of(kind_)}; }
+    ShownFrame shown(LumaView frame) const { return {copy_of(picture_of(kind_, frame)), drawing_of(kind_)}; }
 
 private:
     CameraPipeline(const SiteCamera& camera, CameraKind kind) : camera_(camera), kind_(std::move(kind)) {}

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "roomfix/imaging/picture_stabiliser.hpp"
 #include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/recorded_frames.hpp"
 
@@ -42,6 +43,7 @@ private:
 struct Post {
     const SiteCamera* camera = nullptr;
     ColourBackground background;
+    PictureStabiliser stabiliser;
 };
 
 std::vector<std::string> background_of(const Site& site, const SiteCamera& camera, const RobotSessionOptions& options) {
@@ -72,7 +74,9 @@ Result<RobotSession> RobotSession::collect(const Site& site, const RobotSessionO
         if (background->colour.empty()) return Error{fmt::format("camera {}: its background has no picture", camera.id)};
         session.views_.push_back(std::make_unique<View>(*view));
         session.cameras_.push_back(camera.id);
-        posts.push_back({&camera, std::move(background->colour)});
+        Post& post = posts.emplace_back(Post{&camera, std::move(background->colour), PictureStabiliser(camera.model)});
+        const ColourImage empty = post.background.picture();
+        post.stabiliser.set_reference({background->grey.mean(), &empty});
         if (!options.pictures.empty()) {
             sources.push_back(std::make_unique<PictureList>(options.pictures));
         } else {
@@ -104,7 +108,9 @@ Result<RobotSession> RobotSession::collect(const Site& site, const RobotSessionO
                 auto evidence = std::make_unique<Evidence>();
                 evidence->with_colours = true;
                 const CameraModel& model = posts[i].camera->model;
-                if (frame.image.width() != model.width || frame.image.height() != model.height || !posts[i].background.compare(frame.colour, *evidence)) {
+                const bool fits = frame.image.width() == model.width && frame.image.height() == model.height;
+                const PictureView picture = fits ? posts[i].stabiliser.steady({frame.image, &frame.colour}) : PictureView();
+                if (picture.colour == nullptr || !posts[i].background.compare(*picture.colour, *evidence)) {
                     return Error{fmt::format("camera {}: {} is {} x {} pixels, the site file says {} x {}: is it of this camera?", posts[i].camera->id,
                                              frame.name, frame.image.width(), frame.image.height(), model.width, model.height)};
                 }

@@ -27,7 +27,8 @@ void note(Result<void>& first, const Result<void>& result) {
 ros::Level level_of(const std::string& camera_status) {
     if (camera_status == "ok") return ros::Level::ok;
     if (camera_status == "ended") return ros::Level::stale;
-    return camera_status == "waiting" || camera_status == "slow" || camera_status == "changed" ? ros::Level::warn : ros::Level::error;
+    return camera_status == "waiting" || camera_status == "slow" || camera_status == "changed" || camera_status == "moved" ? ros::Level::warn
+                                                                                                                           : ros::Level::error;
 }
 
 ros::Level level_of(FixStatus status) {

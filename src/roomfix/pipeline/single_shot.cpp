@@ -95,6 +95,7 @@ public:
             hints_.landmark = *landmark;
         }
         hints_.heading = options.heading;
+        note_ = options.note;
         if (auto used = use_ranges(options); !used) return used.error();
         std::vector<std::string> empty;
         if (auto* fixed = std::get_if<FixedCamera>(&kind_)) {
@@ -109,14 +110,17 @@ public:
         std::vector<std::string> sources = {camera_.id};
         if (!hints_.ranges.empty()) sources.emplace_back("ranges");
         std::vector<Fix> fixes = fixes_of(look(frame), site_, time.value_or(0), sources);
+        const auto* fixed = std::get_if<FixedCamera>(&kind_);
+        if (fixed && fixed->moved()) note_(fmt::format("{}: camera {}: {}", image, camera_.id, fixed->how_moved()));
         for (Fix& fix : fixes) fix.image = image;
         return fixes;
     }
 
     Result<void> overlay(const std::filesystem::path& file, LumaView frame) const {
+        const LumaView picture = picture_of(kind_, frame);
         Drawing drawing = drawing_of(kind_);
-        add_lamps(drawing, frame);
-        return save_overlay(file, frame, drawing);
+        add_lamps(drawing, picture);
+        return save_overlay(file, picture, drawing);
     }
 
 private:
@@ -181,6 +185,7 @@ private:
     SiteCamera camera_;
     CameraKind kind_;
     FrameHints hints_;
+    std::function<void(const std::string&)> note_;
     std::vector<RangeObservation> ranges_;
     std::variant<std::monostate, PublishedFixed, PublishedOnboard, PublishedCorner> published_;
 };

@@ -35,6 +35,7 @@ void SiteTracker::set_background(std::size_t index, BackgroundModel background, 
 }
 
 void SiteTracker::on_fixes(std::function<void(const FixBatch&)> listener) { impl_->delivery_.add_listener(std::move(listener)); }
+void SiteTracker::on_camera_status(std::function<void(const CameraState&)> listener) { impl_->status_listener_ = std::move(listener); }
 void SiteTracker::before_frames(std::function<void(Nanoseconds)> sensed) { impl_->sensed_until_ = std::move(sensed); }
 
 Result<void> SiteTracker::process(const CameraFrame& frame) {

@@ -82,6 +82,8 @@ public:
     /// `listener` gets the fixes that each input makes due, in order, one batch at a time, from the thread that put the input in. No lock is held
     /// that another input needs, so it may take its time, and it may ask the tracker.
     void on_fixes(std::function<void(const FixBatch&)> listener);
+    /// `listener` hears of a camera each time when its status changes. It must not ask the tracker.
+    void on_camera_status(std::function<void(const CameraState&)> listener);
     /// Called before each frame is told to the tracker, with the frame's time: what was sensed before it may still be processed then.
     void before_frames(std::function<void(Nanoseconds)> sensed);
 

@@ -119,9 +119,9 @@ JointSighting SiteTracker::Impl::look_together(const std::vector<CameraFrame>& f
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return frames[a].camera < frames[b].camera; });
     for (const std::size_t i : order) {
         FixedCamera* camera = cameras_[frames[i].camera]->pipeline->fixed();
-        if (looks[i] && looks[i]->frozen <= 0 && camera != nullptr && !camera->bumped() && !camera->evidence().empty()) {
+        if (looks[i] && looks[i]->frozen <= 0 && camera != nullptr && !camera->evidence().empty()) {
             cameras.push_back(camera);
-            pictures.push_back(frames[i].image.grey);
+            pictures.push_back(camera->picture());
             expected = hints[i].robots;
         }
     }
@@ -148,6 +148,7 @@ SiteTracker::Impl::Look SiteTracker::Impl::look(const CameraFrame& frame, const 
 FrameHints SiteTracker::Impl::hints_for(const CameraPipeline& camera, Nanoseconds time) const {
     const std::lock_guard lock(mutex_);
     FrameHints hints;
+    hints.time = time;
     if (const FixedCamera* fixed = camera.fixed()) {
         hints.elsewhere = robots_elsewhere(fixed->view(), time);
         hints.robots.robots = tracker_.expected(time);
@@ -205,6 +206,7 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
     if (look.frozen > 0) {
         state.status = "frozen";
         state.message = fmt::format("not used: the same picture for {:.1f} s; restart the camera", look.frozen);
+        tell_status(camera);
         make_due(frame.time, camera.pipeline->id(), look.parts);
         return;
     }
@@ -232,9 +234,13 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
             state.status = "changed";
             state.message = "a large part of the picture differs from its background: was the camera moved, or the light switched?";
         }
-        if (fixed->bumped()) state.status = "moved";
+        if (fixed->moved()) {
+            state.status = "moved";
+            state.message = fixed->how_moved();
+        }
     }
     note_quarantine(*camera.pipeline, state);
+    tell_status(camera);
     make_due(frame.time, camera.pipeline->id(), look.parts);
 }
 
@@ -333,6 +339,14 @@ void SiteTracker::Impl::set_camera_state(std::size_t index, const std::string& s
     state.status = status;
     state.message = message;
     if (status == "failed") ++state.bad_frames;
+    tell_status(*cameras_[index]);
+}
+
+/// Once for each change. The mutex is held.
+void SiteTracker::Impl::tell_status(Camera& camera) {
+    if (camera.told == camera.state.status) return;
+    camera.told = camera.state.status;
+    if (status_listener_) status_listener_(camera.state);
 }
 
 void SiteTracker::Impl::note_source(std::size_t index, const std::string& note) {

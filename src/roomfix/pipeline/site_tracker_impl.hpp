@@ -23,6 +23,7 @@ struct SiteTracker::Impl {
     struct Camera {
         std::unique_ptr<CameraPipeline> pipeline;  // used by one thread at a time
         CameraState state;
+        std::string told = "ok";  // status that the listener knows
         std::shared_ptr<const ShownFrame> shown;
         double last_wall = 0;  // s, when the last frame came
         SearchTurns turns;
@@ -57,6 +58,7 @@ struct SiteTracker::Impl {
     Look look(const CameraFrame& frame, const FrameHints& hints);
     JointSighting look_together(const std::vector<CameraFrame>& frames, std::vector<std::optional<Look>>& looks, const std::vector<FrameHints>& hints);
     void report(const CameraFrame& frame, const Look& look);
+    void tell_status(Camera& camera);
     void note_quarantine(const CameraPipeline& camera, CameraState& state) const;
     bool wheels_give_fix(int robot, Nanoseconds time) const;
     void note_problems(const std::vector<std::string>& problems);
@@ -66,6 +68,7 @@ struct SiteTracker::Impl {
     std::vector<std::unique_ptr<Camera>> cameras_;
     std::function<void(Nanoseconds)> sensed_until_;
     SenseTap tap_;
+    std::function<void(const CameraState&)> status_listener_;
     bool keeps_frames_ = false;
     StageTimes times_;
     FixDelivery delivery_{times_};

@@ -31,6 +31,11 @@ Drawing drawing_of(const CameraKind& camera) {
     return std::visit([](const auto& kind) { return kind.drawing(); }, camera);
 }
 
+LumaView picture_of(const CameraKind& camera, LumaView frame) {
+    const auto* fixed = std::get_if<FixedCamera>(&camera);
+    return fixed && fixed->picture().data ? fixed->picture() : frame;
+}
+
 int robot_of(const CameraKind& camera) {
     return std::visit([](const auto& kind) { return kind.robot(); }, camera);
 }

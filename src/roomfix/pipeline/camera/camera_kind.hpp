@@ -23,6 +23,8 @@ void look(CameraKind& camera, const PictureView& frame, const FrameHints& hints)
 Sighting sighting_of(const CameraKind& camera);
 /// The same, to be drawn into that frame.
 Drawing drawing_of(const CameraKind& camera);
+/// The last frame as it was looked at, which is what drawing_of() belongs to: the picture of a fixed camera that was moved is turned back.
+LumaView picture_of(const CameraKind& camera, LumaView frame);
 /// Index of the robot that carries it; -1: none, or unknown.
 int robot_of(const CameraKind& camera);
 

@@ -10,7 +10,7 @@
 namespace roomfix {
 
 FixedCamera::FixedCamera(const Site& site, const SiteCamera& camera, const View& view)
-    : id_(camera.id), readout_(camera.capture.readout), robots_(site.robots), observer_(view, site.robots), bumps_(view) {
+    : id_(camera.id), readout_(camera.capture.readout), robots_(site.robots), observer_(view, site.robots), stabiliser_(view.model) {
     observer_.set_walls(site.walls);
     if (std::any_of(robots_.begin(), robots_.end(), [](const SiteRobot& r) { return r.tag.has_value(); })) detector_.emplace(site.tag_families());
 }
@@ -22,36 +22,37 @@ Result<FixedCamera> FixedCamera::create(const Site& site, const SiteCamera& came
 }
 
 void FixedCamera::set_background(BackgroundModel background, ColourBackground colour) {
-    bumps_.set_reference(background.mean());
+    const ColourImage picture = colour.picture();
+    stabiliser_.set_reference({background.mean(), &picture});
+    beside_background_ = true;
     observer_.set_background(std::move(background), std::move(colour));
 }
 
-/// What a camera says that was moved would be wrong: its background, and where its pixels lie in the map.
-bool FixedCamera::is_bumped(LumaView frame) {
-    if (!bumps_.has_reference() && observer_.has_background() && !observer_.learns_background()) bumps_.set_reference(observer_.background().mean());
-    if (!bumps_.is_bumped(frame)) return false;
-    result_.reason = fmt::format(
-        "not used: its picture lies {:.1f} pixels beside its background, as if the camera was turned by {:.2f} deg: put it back, or "
-        "calibrate it anew and take a new background",
-        bumps_.offset(), degrees(bumps_.turned()));
-    return true;
+/// A camera that learns its background while it watches is compared with the first frame until then.
+void FixedCamera::choose_reference(const PictureView& frame) {
+    if (beside_background_) return;
+    if (!stabiliser_.has_reference()) stabiliser_.set_reference(frame);
+    if (!observer_.has_background() || observer_.learns_background()) return;
+    const ColourImage picture = observer_.background_picture();
+    stabiliser_.set_reference({observer_.background().mean(), &picture});
+    beside_background_ = true;
+}
+
+std::string FixedCamera::how_moved() const {
+    return fmt::format(
+        "its picture lies {:.1f} pixels beside its background, as if it was turned by {:.2f} deg: its pictures are turned back by calculation; put "
+        "it back, or calibrate it anew and take a new background",
+        stabiliser_.offset(), degrees(stabiliser_.turned()));
 }
 
 void FixedCamera::look(const PictureView& frame, const FrameHints& hints) {
-    poses_.clear();
-    tagged_.clear();
-    bumped_ = is_bumped(frame.grey);
-    if (bumped_) {
-        result_.observations.clear();
-        result_.things.clear();
-        result_.absent.clear();
-        result_.changed = false;
-        return;
-    }
+    choose_reference(frame);
+    picture_ = stabiliser_.steady(frame, hints.time);
     observer_.set_elsewhere(hints.elsewhere);
     observer_.set_expected(hints.robots);
     observer_.look_for_bodies(hints.bodies);
-    observer_.observe(frame, result_);
+    observer_.observe(picture_, result_);
+    poses_.clear();
     for (const SilhouetteObservation& seen : result_.observations) poses_.push_back(pose_of(seen));
     // The tracker knows what is no robot as one more kind of target behind the robots.
     constexpr double half_a_person = 0.85;  // m
@@ -59,14 +60,15 @@ void FixedCamera::look(const PictureView& frame, const FrameHints& hints) {
         poses_.push_back({static_cast<int>(robots_.size()), thing.pose, false, thing.covariance});
         if (const auto middle = project_map_point(view(), {thing.pose.x, thing.pose.y, half_a_person})) poses_.back().late = row_late(middle->y());
     }
-    if (detector_) tagged_ = find_tagged_robots(view(), robots_, *detector_, frame.grey);
+    tagged_.clear();
+    if (detector_) tagged_ = find_tagged_robots(view(), robots_, *detector_, picture_.grey);
     // A tag says more than an outline: it names the robot and its front.
     for (const TaggedRobot& tagged : tagged_) std::erase_if(poses_, [&](const PoseObservation& o) { return o.robot == tagged.robot; });
 }
 
 Sighting FixedCamera::sighting() const {
     Sighting sighting;
-    sighting.sees_all = !bumped_;
+    sighting.sees_all = true;
     sighting.poses = poses_;
     for (const AbsenceObservation& absence : result_.absent) {
         if (!sees_tag_of(absence.robot)) sighting.absent.push_back(absence);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "roomfix/connect/drawing.hpp"
-#include "roomfix/overhead/bump_detector.hpp"
+#include "roomfix/imaging/picture_stabiliser.hpp"
 #include "roomfix/overhead/overhead_observer.hpp"
 #include "roomfix/overhead/robot_tag.hpp"
 #include "roomfix/pipeline/camera/sighting.hpp"
@@ -28,11 +28,14 @@ public:
     Drawing drawing() const;
     /// So much of the last frame differs from the background that the camera may have been moved.
     bool changed() const { return result_.changed; }
-    /// The last frame was not used, because the camera was turned since its background was taken.
-    bool bumped() const { return bumped_; }
+    /// The camera was turned since its background was taken: its pictures are turned back.
+    bool moved() const { return stabiliser_.moved(); }
+    std::string how_moved() const;
 
     // Of the last frame, for whoever looks at several cameras together:
 
+    /// The picture that was looked at, as the camera would have taken it where its background was taken: the frame itself, unless the camera was moved.
+    LumaView picture() const { return picture_.grey; }
     /// What it shows beside the background; empty without one in colour.
     const Evidence& evidence() const { return observer_.evidence(); }
     const std::vector<SilhouetteObservation>& outlines() const { return result_.observations; }
@@ -54,7 +57,7 @@ public:
 private:
     FixedCamera(const Site& site, const SiteCamera& camera, const View& view);
 
-    bool is_bumped(LumaView frame);
+    void choose_reference(const PictureView& frame);
     PoseObservation pose_of(const SilhouetteObservation& seen) const;
     double row_late(double row) const;
 
@@ -62,13 +65,14 @@ private:
     double readout_;  // s
     std::vector<SiteRobot> robots_;
     OverheadObserver observer_;
-    BumpDetector bumps_;
+    PictureStabiliser stabiliser_;
+    bool beside_background_ = false;       // the stabiliser's reference is the background, not just the first frame
     std::optional<TagDetector> detector_;  // where robots wear tags
     // Of the last frame:
     OverheadResult result_;
     std::vector<PoseObservation> poses_;
     std::vector<TaggedRobot> tagged_;
-    bool bumped_ = false;
+    PictureView picture_;
 };
 
 }  // namespace roomfix

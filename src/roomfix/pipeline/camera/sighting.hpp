@@ -18,6 +18,7 @@ constexpr double likely = 0.9;  // weight of a place that is believed, and of a 
 
 /// What is known before a frame is looked at.
 struct FrameHints {
+    std::optional<Nanoseconds> time;  // of the frame; nothing where it is one by itself
     // Of a fixed camera:
     bool bodies = true;           // looks for whole bodies by itself
     Expectation robots;           // where they should be

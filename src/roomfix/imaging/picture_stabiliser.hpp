@@ -1,0 +1,59 @@
+// Shows a fixed camera's pictures as it would have taken them had nobody bumped into it.
+#pragma once
+
+#include <optional>
+
+#include "roomfix/base/time.hpp"
+#include "roomfix/imaging/colour_image.hpp"
+#include "roomfix/imaging/picture_alignment.hpp"
+
+namespace roomfix {
+
+struct StabiliserSettings {
+    double prior = 14;       // nats against a camera that was moved: once in ten days, looked at once a second
+    double least = 0.35;     // px of the picture shrunk to at most 640 px, of which it may be off: ColourBackground allows for 0.5
+    double moved = 1.5;      // px of it, beyond which the camera was bumped and does not just sway
+    double interval = 0.35;  // s between two pictures whose place is looked for
+};
+
+class PictureStabiliser {
+public:
+    explicit PictureStabiliser(const CameraModel& model, const StabiliserSettings& settings = {}) : alignment_(model), settings_(settings) {}
+
+    /// The scene as the camera saw it where it was calibrated, best without robots; of the camera's size. What a moved camera does not see is taken from it.
+    void set_reference(const PictureView& reference);
+    bool has_reference() const { return alignment_.has_reference(); }
+
+    /// The frame as the camera would have seen it from where it took the reference: itself, or memory of this stabiliser until the next call. Frames have
+    /// the reference's size. Without `time` each one is looked at for itself. No allocation in steady state.
+    PictureView steady(const PictureView& frame, std::optional<Nanoseconds> time = std::nullopt);
+
+    // Of the last frame that was looked at:
+
+    /// The camera was moved since the reference was taken.
+    bool moved() const { return turned_back_ && offset() > settings_.moved * colour_scale(alignment_.model().width); }
+    /// How far its picture lies off, px, root mean square.
+    double offset() const { return found_.offset; }
+    /// The angle by which the camera was turned, rad.
+    double turned() const { return found_.motion.head<3>().norm(); }
+
+private:
+    void find_sources();
+    void turn_back(LumaView frame);
+    void turn_back(const ColourImage& frame);
+    void turn_back_row(int y, int scale, int width, std::vector<Eigen::Vector2f>& sources) const;
+
+    PictureAlignment alignment_;
+    StabiliserSettings settings_;
+    LumaImage reference_;
+    ColourImage reference_colour_;
+    Alignment found_;
+    bool turned_back_ = false;
+    std::optional<Nanoseconds> looked_;
+    std::vector<Eigen::Vector2f> grid_;     // where in the frame every 16th pixel of every 16th row of the reference is seen
+    std::vector<Eigen::Vector2f> sources_;  // the same of all pixels of a row
+    LumaImage grey_;
+    ColourImage colour_;
+};
+
+}  // namespace roomfix
