@@ -55,7 +55,7 @@ class Faults:
 
     def look(self, state):
         for camera in state["cameras"]:
-            well, phase = camera["status"] == "ok", (time.time() - self.begin) % period
+            well, phase = camera["status"] in ("ok", "waiting"), (time.time() - self.begin) % period
             for name, (which, begin, end) in (("freeze", frozen), ("knock", knocked)):
                 if camera["id"] == which and begin < phase < end and not well:
                     self.told[name, int((time.time() - self.begin) // period)] = 1

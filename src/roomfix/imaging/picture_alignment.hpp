@@ -20,13 +20,13 @@ struct AlignmentSettings {
     float colour_noise = 0.01f;  // of its logarithm
     float blur = 0.15f;          // px of the small picture: what stays of an edge when it is shifted by parts of a pixel
     float least_slope = 0.03f;   // log per px, root mean square over a block: less says nothing of where it lies
-    float alike = 4;             // times the variance expected, up to which a block shows the reference
     float same_noise = 8;        // neighbouring pixels whose errors are as good as one
-    float most_nats = 4;         // that one block says for one motion against another: something may stand there
-    double lost_below = 0.6;     // part of the blocks that shows the reference, below which other motions are looked for
+    float share_other = 0.5f;    // of blocks may show something else
+    float most_nats = 4;         // that one block says for one motion against another
+    double found_above = 0.9;    // part of the blocks that shows the reference, above which no other motion is looked for
     double most_turned = 0.1;    // rad, standard deviation of what somebody who bumps into a camera does to it
     double most_grown = 0.02;    // the same of its picture's size: a lens that is set anew
-    int reach = 10;              // px of the smallest picture (an eighth of `width` wide or so), how far away
+    int reach = 10;              // px of the smallest picture, a quarter of the small one: how far away it is looked for
 };
 
 /// How the camera has moved: turned about its own axes (rad; x right, y down, z ahead), and its picture grown by this part around the principal point.
@@ -57,32 +57,47 @@ public:
 
 private:
     using Jacobian = Eigen::Matrix<double, 2, motion_parameters>;
-    /// A square of the small picture.
-    struct Block {
-        int x = 0, y = 0;                                  // its first pixel
-        Eigen::Matrix2f slopes = Eigen::Matrix2f::Zero();  // sum of squares of the slopes, less their means
-        float expected = 0;                                // variance of what is left between two pictures of it
-        Eigen::Vector2d middle, ray;                       // px of the full picture; and its ray, z = 1
-        Jacobian jacobian;                                 // px of the small picture that the middle moves, for small motions
-        float still = 0;                                   // variance left without any motion; negative: not in the picture
-        float left = 0;                                    // the same at the motion that was found
-    };
-    static constexpr int block_size = 16;   // px
-    static constexpr int shrink_again = 4;  // from the small picture to the smallest
+    static constexpr int levels = 3;       // of a pyramid: the small picture, then each half as wide as the one before
+    static constexpr int block_size = 16;  // px of the small picture
 
     /// A grey picture's logarithms.
     struct Logs {
         int width = 0, height = 0;
         std::vector<float> values;
+
+        void resize(int new_width, int new_height);
         const float* at(int x, int y) const { return values.data() + static_cast<std::ptrdiff_t>(y) * width + x; }
     };
+    struct Level {
+        Logs reference, picture;
+        std::vector<float> slope_x, slope_y;  // of the reference, per px
+    };
+    /// A square of the reference with structure.
+    struct Block {
+        int x = 0, y = 0;                            // its first pixel in the small picture
+        Eigen::Vector2d middle, ray;                 // px of the full picture; and its ray, z = 1
+        Jacobian jacobian;                           // px of the full picture that the middle moves, for small motions
+        std::array<Eigen::Matrix2f, levels> slopes;  // sums of their squares, less their means
+        float expected = 0;                          // variance of what is left between two pictures of it
+        float other = 0;                             // the same if the second one shows something else
+        float still = 0;                             // variance left without any motion; negative: not in the picture
+        float left = 0;                              // the same at the motion that was found
+    };
+    /// What is left between a block of the reference and the picture, but for one brightness.
+    struct Residual {
+        float variance = -1;       // negative: the block is not in the picture
+        Eigen::Vector2f gradient;  // sum of what is left times the slopes
+    };
+
     void shrink(LumaView picture, Logs& logs);
+    static void halve(const Logs& logs, Logs& half);
+    void fill_pyramid(LumaView picture, Logs Level::*which);
+    void add_block(int x, int y);
     PictureMotion inverse_variances() const;
-    std::optional<Eigen::Vector2d> shift_of(const Block& block, const PictureMotion& motion) const;
-    static void shrink_more(const Logs& logs, Logs& smallest);
-    float residual(const Block& block, const PictureMotion& motion, Eigen::Vector2f* by_shift) const;
-    PictureMotion refined(PictureMotion motion);
+    Residual residual(int level, const Block& block, const PictureMotion& motion) const;
+    PictureMotion refined(PictureMotion motion, int coarsest) const;
     void weigh(const PictureMotion& motion, Alignment& found);
+    float block_nats(float left, float expected, float other) const;
     PictureMotion searched() const;
     float score_at(int dx, int dy) const;
     double offset_of(const PictureMotion& motion) const;
@@ -90,9 +105,7 @@ private:
     CameraModel model_;
     AlignmentSettings settings_;
     int factor_ = 1;  // pixels of the full picture per pixel of the small one
-    Logs reference_, picture_;
-    Logs smallest_reference_, smallest_;
-    std::vector<float> slope_x_, slope_y_;  // of reference_
+    std::array<Level, levels> levels_;
     std::vector<Block> blocks_;
     Alignment found_;
     std::array<float, 4096> log_of_{};  // of sixteenths of a grey level

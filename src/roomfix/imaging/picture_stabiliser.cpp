@@ -109,7 +109,8 @@ PictureView PictureStabiliser::steady(const PictureView& frame, std::optional<Na
     if (!time || !looked_ || std::abs(to_seconds(*time - *looked_)) >= settings_.interval) {
         looked_ = time;
         found_ = alignment_.align(frame.grey);
-        turned_back_ = found_.nats > settings_.prior && found_.offset > settings_.least * colour_scale(frame.grey.width);
+        const bool shows_reference = found_.nats > settings_.prior && found_.showing > settings_.showing;
+        turned_back_ = shows_reference && found_.offset > settings_.least * colour_scale(frame.grey.width);
         if (turned_back_) find_sources();
     }
     if (!turned_back_) return frame;

@@ -11,6 +11,7 @@ namespace roomfix {
 
 struct StabiliserSettings {
     double prior = 14;       // nats against a camera that was moved: once in ten days, looked at once a second
+    double showing = 0.3;    // part of what has structure that must show the reference: another scene does in up to 0.16 of it by chance
     double least = 0.35;     // px of the picture shrunk to at most 640 px, of which it may be off: ColourBackground allows for 0.5
     double moved = 1.5;      // px of it, beyond which the camera was bumped and does not just sway
     double interval = 0.35;  // s between two pictures whose place is looked for
