@@ -35,72 +35,65 @@ void PictureStabiliser::find_sources() {
     }
 }
 
-/// Sources, px of the frame, of a row of a picture that is `scale` times smaller.
-void PictureStabiliser::turn_back_row(int y, int scale, int width, std::vector<Eigen::Vector2f>& sources) const {
+/// `scale`: pixels of the full picture per pixel of these. Within a cell of the grid, sources lie along a straight line.
+template <int Channels>
+void PictureStabiliser::turn_back(const Plane& frame, const Plane& reference, int scale, std::uint8_t* to, std::ptrdiff_t stride) const {
+    constexpr float one = 65536;  // px, of sources
     const int across = grid_size(alignment_.model().width), down = grid_size(alignment_.model().height);
     const auto in_full = [scale](int i) { return (static_cast<float>(i) + 0.5f) * static_cast<float>(scale) - 0.5f; };
-    const float row = in_full(y) / grid_step;
-    const int line = std::clamp(static_cast<int>(row), 0, down - 2);
-    const float below = row - static_cast<float>(line);
-    const Eigen::Vector2f* upper = grid_.data() + static_cast<std::ptrdiff_t>(line) * across;
-    sources.resize(static_cast<std::size_t>(width));
-    for (int x = 0; x < width; ++x) {
-        const float at = in_full(x) / grid_step;
-        const int column = std::clamp(static_cast<int>(at), 0, across - 2);
-        const float right = at - static_cast<float>(column);
-        const auto along = [&](const Eigen::Vector2f* knots) { return Eigen::Vector2f(knots[column] + right * (knots[column + 1] - knots[column])); };
-        const Eigen::Vector2f above = along(upper);
-        sources[static_cast<std::size_t>(x)] = above + below * (along(upper + across) - above);
+    const auto inside = [](int source, int length) { return source >= 0 && source < (length - 1) << 16; };
+    for (int y = 0; y < frame.height; ++y, to += stride) {
+        const float row = in_full(y) / grid_step;
+        const int line = std::clamp(static_cast<int>(row), 0, down - 2);
+        const Eigen::Vector2f* upper = grid_.data() + static_cast<std::ptrdiff_t>(line) * across;
+        const auto knot = [&](int column) {
+            const Eigen::Vector2f& above = upper[column];
+            return Eigen::Vector2f(above + (row - static_cast<float>(line)) * (upper[column + across] - above));
+        };
+        std::uint8_t* here = to;
+        for (int cell = 0, x = 0; x < frame.width; ++cell) {
+            cell = std::min(cell, across - 2);
+            const int end = cell == across - 2 ? frame.width : std::min(((cell + 1) * grid_step + scale - 1) / scale, frame.width);
+            const Eigen::Vector2f left = knot(cell), step = (knot(cell + 1) - left) / grid_step;
+            const Eigen::Vector2f half = Eigen::Vector2f::Constant(0.5f);
+            const Eigen::Vector2f first = (left + (in_full(x) - static_cast<float>(cell * grid_step)) * step + half) / static_cast<float>(scale) - half;
+            const Eigen::Vector2i each = (step * one).cast<int>();
+            Eigen::Vector2i source = (first.cwiseMax(-1e4f).cwiseMin(3e4f) * one).cast<int>();
+            for (; x < end; ++x, source += each, here += Channels) {
+                if (!inside(source.x(), frame.width) || !inside(source.y(), frame.height)) {
+                    std::copy_n(reference.values + y * reference.stride + static_cast<std::ptrdiff_t>(x) * Channels, Channels, here);
+                    continue;
+                }
+                const int right = (source.x() >> 8) & 255, below = (source.y() >> 8) & 255;
+                const std::uint8_t* above = frame.values + (source.y() >> 16) * frame.stride + static_cast<std::ptrdiff_t>(source.x() >> 16) * Channels;
+                const std::uint8_t* under = above + frame.stride;
+                for (int k = 0; k < Channels; ++k) {
+                    const int high = 256 * above[k] + right * (above[k + Channels] - above[k]), low = 256 * under[k] + right * (under[k + Channels] - under[k]);
+                    here[k] = static_cast<std::uint8_t>((256 * high + below * (low - high) + 32768) >> 16);
+                }
+            }
+        }
     }
 }
 
 void PictureStabiliser::turn_back(LumaView frame) {
     grey_.resize(frame.width, frame.height);
-    for (int y = 0; y < frame.height; ++y) {
-        turn_back_row(y, 1, frame.width, sources_);
-        std::uint8_t* to = grey_.row(y);
-        const std::uint8_t* instead = reference_.row(y);
-        for (int x = 0; x < frame.width; ++x) {
-            const Eigen::Vector2f& from = sources_[static_cast<std::size_t>(x)];
-            const bool inside =
-                from.x() >= 0 && from.y() >= 0 && from.x() < static_cast<float>(frame.width - 1) && from.y() < static_cast<float>(frame.height - 1);
-            to[x] = inside ? static_cast<std::uint8_t>(sample(frame, from.x(), from.y()) + 0.5f) : instead[x];
-        }
-    }
+    const LumaView reference = reference_.view();
+    turn_back<1>({frame.data, frame.width, frame.height, frame.stride}, {reference.data, reference.width, reference.height, reference.stride}, 1, grey_.row(0),
+                 grey_.view().stride);
 }
 
 void PictureStabiliser::turn_back(const ColourImage& frame) {
-    const auto channels = static_cast<std::size_t>(frame.channels);
-    const auto stride = static_cast<std::size_t>(frame.width) * channels;
-    colour_.width = frame.width;
-    colour_.height = frame.height;
-    colour_.channels = frame.channels;
-    colour_.scale = frame.scale;
-    colour_.values.resize(frame.values.size());
-    const bool same_kind = reference_colour_.values.size() == frame.values.size();
-    for (int y = 0; y < frame.height; ++y) {
-        turn_back_row(y, frame.scale, frame.width, sources_);
-        for (int x = 0; x < frame.width; ++x) {
-            const Eigen::Vector2f from =
-                (sources_[static_cast<std::size_t>(x)] + Eigen::Vector2f(0.5f, 0.5f)) / static_cast<float>(frame.scale) - Eigen::Vector2f(0.5f, 0.5f);
-            const std::size_t here = static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x) * channels;
-            const bool inside =
-                from.x() >= 0 && from.y() >= 0 && from.x() < static_cast<float>(frame.width - 1) && from.y() < static_cast<float>(frame.height - 1);
-            if (!inside) {
-                for (std::size_t k = 0; k < channels; ++k) colour_.values[here + k] = same_kind ? reference_colour_.values[here + k] : frame.values[here + k];
-                continue;
-            }
-            const int column = static_cast<int>(from.x()), line = static_cast<int>(from.y());
-            const float right = from.x() - static_cast<float>(column), down = from.y() - static_cast<float>(line);
-            const std::uint8_t* upper = frame.values.data() + static_cast<std::size_t>(line) * stride + static_cast<std::size_t>(column) * channels;
-            const std::uint8_t* lower = upper + stride;
-            for (std::size_t k = 0; k < channels; ++k) {
-                const auto along = [&](const std::uint8_t* row) {
-                    return static_cast<float>(row[k]) + right * (static_cast<float>(row[k + channels]) - static_cast<float>(row[k]));
-                };
-                colour_.values[here + k] = static_cast<std::uint8_t>(along(upper) + down * (along(lower) - along(upper)) + 0.5f);
-            }
-        }
+    colour_ = frame;
+    const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(frame.width) * frame.channels;
+    const Plane seen{frame.values.data(), frame.width, frame.height, stride};
+    // Without a reference of that kind, what is not seen stays as the frame has it there.
+    const bool same_kind = reference_colour_.channels == frame.channels && reference_colour_.values.size() == frame.values.size();
+    const Plane reference{same_kind ? reference_colour_.values.data() : frame.values.data(), frame.width, frame.height, stride};
+    if (frame.channels == 3) {
+        turn_back<3>(seen, reference, frame.scale, colour_.values.data(), stride);
+    } else {
+        turn_back<1>(seen, reference, frame.scale, colour_.values.data(), stride);
     }
 }
 

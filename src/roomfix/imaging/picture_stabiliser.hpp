@@ -39,10 +39,17 @@ public:
     double turned() const { return found_.motion.head<3>().norm(); }
 
 private:
+    /// Grey or colours, interleaved, that somebody else owns.
+    struct Plane {
+        const std::uint8_t* values;
+        int width, height;
+        std::ptrdiff_t stride;  // bytes from row to row
+    };
     void find_sources();
+    template <int Channels>
+    void turn_back(const Plane& frame, const Plane& reference, int scale, std::uint8_t* to, std::ptrdiff_t stride) const;
     void turn_back(LumaView frame);
     void turn_back(const ColourImage& frame);
-    void turn_back_row(int y, int scale, int width, std::vector<Eigen::Vector2f>& sources) const;
 
     PictureAlignment alignment_;
     StabiliserSettings settings_;
@@ -51,8 +58,7 @@ private:
     Alignment found_;
     bool turned_back_ = false;
     std::optional<Nanoseconds> looked_;
-    std::vector<Eigen::Vector2f> grid_;     // where in the frame every 16th pixel of every 16th row of the reference is seen
-    std::vector<Eigen::Vector2f> sources_;  // the same of all pixels of a row
+    std::vector<Eigen::Vector2f> grid_;  // where in the frame every 16th pixel of every 16th row of the reference is seen
     LumaImage grey_;
     ColourImage colour_;
 };
