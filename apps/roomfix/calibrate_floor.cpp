@@ -11,6 +11,7 @@
 #include "roomfix/connect/frame_source.hpp"
 #include "roomfix/connect/overlay.hpp"
 #include "roomfix/overhead/li2014.hpp"
+#include "roomfix/pipeline/background_source.hpp"
 #include "roomfix/pipeline/floor_session.hpp"
 #include "roomfix/site/site_text.hpp"
 #include "terminal.hpp"
@@ -132,6 +133,14 @@ int calibrate_floor_command(const Arguments& arguments) {
     const View view{camera->model, found.map_from_camera, {camera->intrinsics_covariance, found.by_intrinsics}};
     print(*session, *camera, view);
     print_published(view);
+    const auto offset = offset_from_background(*site, *camera, *picture);
+    if (!offset) return give_up(offset.error());
+    if (*offset) {
+        say(
+            fmt::format("the picture lies {:.1f} pixels beside the camera's background: the camera was moved between them; take a new background, or calibrate "
+                        "with a picture of then",
+                        **offset));
+    }
     if (!arguments.overlay.empty()) {
         std::vector<Eigen::Vector2d> seen;
         for (const FloorSource& source : session->sources) {

@@ -50,6 +50,16 @@ TEST(KnockedCamera, IsToldAndItsRobotsStayWhereTheyAre) {
     EXPECT_GE(report["all"]["position"]["count"], frames - 2);
     EXPECT_LT(report["all"]["position"]["rmse"], 0.01);
     EXPECT_LT(report["all"]["nees"]["mean"], 2.0);
+
+    // Whoever calibrates it where it is now must not forget the background, or its pictures would be turned back to where it was.
+    const std::string camera = scenario.cameras[0].id;
+    const auto calibrated = [&](int frame) {
+        return call(
+            fmt::format("calibrate floor {0}/site.yaml --camera {1} --no-grid --picture {0}/frames/{1}/{2:012}.jpg", session, camera, 100'000'000LL * frame));
+    };
+    expect_says(calibrated(frames - 1), 0, "take a new background");
+    const Outcome before = calibrated(0);
+    EXPECT_EQ(before.text.find("take a new background"), std::string::npos) << before.text;
     fs::remove_all(folder);
 }
 

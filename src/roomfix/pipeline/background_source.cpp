@@ -47,6 +47,17 @@ std::vector<std::string> background_sources(const Site& site, const SiteCamera& 
     return {resolved_path(site, camera.background)};
 }
 
+Result<std::optional<double>> offset_from_background(const Site& site, const SiteCamera& camera, LumaView picture) {
+    const std::vector<std::string> sources = background_sources(site, camera, {});
+    if (sources.empty()) return std::optional<double>();
+    const auto background = learn_background(camera, sources);
+    if (!background) return background.error();
+    PictureStabiliser stabiliser(camera.model);
+    stabiliser.set_reference(background->grey.mean());
+    (void)stabiliser.steady(picture);
+    return stabiliser.moved() ? std::optional(stabiliser.offset()) : std::nullopt;
+}
+
 Result<void> learn_backgrounds(SiteTracker& tracker, const std::vector<std::string>& for_all, const BackgroundListener& listener) {
     for (std::size_t i = 0; i < tracker.cameras(); ++i) {
         const SiteCamera& camera = tracker.camera(i);

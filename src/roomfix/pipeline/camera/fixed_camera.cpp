@@ -40,8 +40,8 @@ void FixedCamera::choose_reference(const PictureView& frame) {
 
 std::string FixedCamera::how_moved() const {
     return fmt::format(
-        "its picture lies {:.1f} pixels beside its background, as if it was turned by {:.2f} deg: its pictures are turned back by calculation; put "
-        "it back, or calibrate it anew and take a new background",
+        "its picture lies {:.1f} pixels beside its background, as if it was turned by {:.2f} deg: pictures are turned back to where the background was taken, "
+        "which is right if it was calibrated there; put it back, or calibrate it anew and take a new background",
         stabiliser_.offset(), degrees(stabiliser_.turned()));
 }
 
