@@ -30,7 +30,6 @@ class Truth:
 
     def __init__(self, file):
         self.lines = LineReader(file)
-        self.lines.read()
         self.times, self.poses = collections.defaultdict(list), collections.defaultdict(list)
 
     def read(self):
