@@ -43,5 +43,9 @@ TEST(Demo, ItsRobotsAreWhereItsTruthSays) {
     fs::remove_all(folder);
 }
 
+TEST(Demo, ATruthThatCannotBeWrittenIsSaidBeforeAnythingIsRendered) {
+    expect_says(call("demo --port 0 --seconds 0.2 --truth /nowhere/at/all/truth.csv"), 2, "/nowhere/at/all/truth.csv: cannot be written");
+}
+
 }  // namespace
 }  // namespace roomfix
