@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <sstream>
 
 #include "calibrate.hpp"
@@ -133,13 +134,13 @@ int calibrate_floor_command(const Arguments& arguments) {
     const View view{camera->model, found.map_from_camera, {camera->intrinsics_covariance, found.by_intrinsics}};
     print(*session, *camera, view);
     print_published(view);
-    const auto offset = offset_from_background(*site, *camera, *picture);
-    if (!offset) return give_up(offset.error());
-    if (*offset) {
+    // Without a picture given, it is one of the background's own.
+    const auto offset = arguments.picture.empty() ? std::nullopt : offset_from_background(*site, *camera, *picture);
+    if (offset) {
         say(
             fmt::format("the picture lies {:.1f} pixels beside the camera's background: the camera was moved between them; take a new background, or calibrate "
                         "with a picture of then",
-                        **offset));
+                        *offset));
     }
     if (!arguments.overlay.empty()) {
         std::vector<Eigen::Vector2d> seen;

@@ -225,7 +225,6 @@ void PictureAlignment::weigh(const PictureMotion& motion, Alignment& found) {
     found.offset = offset_of(motion);
     std::size_t seen = 0;
     for (Block& block : blocks_) {
-        block.still = residual(0, block, PictureMotion::Zero()).variance;
         block.left = residual(0, block, motion).variance;
         if (block.left >= 0) ratios_[seen++] = block.left / block.expected;
     }
@@ -301,6 +300,7 @@ PictureMotion PictureAlignment::searched() const {
 const Alignment& PictureAlignment::align(LumaView picture) {
     if (!has_reference()) return found_;
     fill_pyramid(picture, &Level::picture);
+    for (Block& block : blocks_) block.still = residual(0, block, PictureMotion::Zero()).variance;
     Alignment here;
     weigh(refined(found_.motion, 0), here);
     if (here.showing < settings_.found_above) {

@@ -47,11 +47,11 @@ std::vector<std::string> background_sources(const Site& site, const SiteCamera& 
     return {resolved_path(site, camera.background)};
 }
 
-Result<std::optional<double>> offset_from_background(const Site& site, const SiteCamera& camera, LumaView picture) {
+std::optional<double> offset_from_background(const Site& site, const SiteCamera& camera, LumaView picture) {
     const std::vector<std::string> sources = background_sources(site, camera, {});
-    if (sources.empty()) return std::optional<double>();
+    if (sources.empty()) return std::nullopt;
     const auto background = learn_background(camera, sources);
-    if (!background) return background.error();
+    if (!background) return std::nullopt;
     PictureStabiliser stabiliser(camera.model);
     stabiliser.set_reference(background->grey.mean());
     (void)stabiliser.steady(picture);

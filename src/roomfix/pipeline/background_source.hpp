@@ -28,8 +28,8 @@ Result<LearnedBackground> learn_background(const SiteCamera& camera, const std::
 std::vector<std::string> background_sources(const Site& site, const SiteCamera& camera, const std::vector<std::string>& given);
 
 /// How far (px) a picture lies beside the camera's background because the camera was moved between them; nothing where it does not, or there is no
-/// background. The picture must have the camera's size.
-Result<std::optional<double>> offset_from_background(const Site& site, const SiteCamera& camera, LumaView picture);
+/// background that can be read. The picture must have the camera's size.
+std::optional<double> offset_from_background(const Site& site, const SiteCamera& camera, LumaView picture);
 
 /// Who is told how learning goes on; both may be empty.
 struct BackgroundListener {

@@ -22,20 +22,21 @@ Result<FixedCamera> FixedCamera::create(const Site& site, const SiteCamera& came
 }
 
 void FixedCamera::set_background(BackgroundModel background, ColourBackground colour) {
-    const ColourImage picture = colour.picture();
-    stabiliser_.set_reference({background.mean(), &picture});
-    beside_background_ = true;
     observer_.set_background(std::move(background), std::move(colour));
+    compare_with_background();
+}
+
+void FixedCamera::compare_with_background() {
+    const ColourImage picture = observer_.background_picture();
+    stabiliser_.set_reference({observer_.background().mean(), &picture});
+    beside_background_ = true;
 }
 
 /// A camera that learns its background while it watches is compared with the first frame until then.
 void FixedCamera::choose_reference(const PictureView& frame) {
     if (beside_background_) return;
     if (!stabiliser_.has_reference()) stabiliser_.set_reference(frame);
-    if (!observer_.has_background() || observer_.learns_background()) return;
-    const ColourImage picture = observer_.background_picture();
-    stabiliser_.set_reference({observer_.background().mean(), &picture});
-    beside_background_ = true;
+    if (observer_.has_background() && !observer_.learns_background()) compare_with_background();
 }
 
 std::string FixedCamera::how_moved() const {

@@ -57,6 +57,7 @@ public:
 private:
     FixedCamera(const Site& site, const SiteCamera& camera, const View& view);
 
+    void compare_with_background();
     void choose_reference(const PictureView& frame);
     PoseObservation pose_of(const SilhouetteObservation& seen) const;
     double row_late(double row) const;
