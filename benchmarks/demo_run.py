@@ -7,14 +7,13 @@ import argparse
 import bisect
 import collections
 import csv
-import math
 import pathlib
 import sys
 import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tests/connections"))
-from live_site import Page, quantile  # noqa: E402
+from live_site import Page, errors_of, quantile  # noqa: E402
 from peers import Process, free_port, program, wait_until  # noqa: E402
 
 from minutes import FixReader, LineReader, draw, look_at  # noqa: E402
@@ -71,11 +70,10 @@ class Faults:
 def minute_of(number, process, fixes, truth, frames, faults):
     well = [fix for fix in fixes if fix["status"] == "ok" and fix["robot"]]
     latencies = [1e3 * fix["latency"] for fix in well if "latency" in fix]
-    errors = [math.dist((fix["x"], fix["y"]), truth.place(fix["robot"], fix["time"])) for fix in well]
-    squares = [error**2 / (fix["covariance"][0] + fix["covariance"][4]) for error, fix in zip(errors, well)]
+    errors, surprise = errors_of(well, lambda fix: truth.place(fix["robot"], fix["time"]))
     memory, threads, files = look_at(process)
     return [number, round(memory, 1), threads, files, round(frames, 2), *(round(quantile(latencies, q), 1) for q in (0.5, 0.95, 0.99)),
-            round(100 * len(well) / max(sum(fix["robot"] is not None for fix in fixes), 1), 1), *(round(1e3 * quantile(errors, q), 1) for q in (0.5, 0.99)), round(sum(squares) / max(len(squares), 1), 2),
+            round(100 * len(well) / max(sum(fix["robot"] is not None for fix in fixes), 1), 1), *(round(1e3 * quantile(errors, q), 1) for q in (0.5, 0.99)), round(surprise, 2),
             sum(error > 0.5 for error in errors), *faults.counts()]
 
 

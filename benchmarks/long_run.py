@@ -26,7 +26,7 @@ shown = ["memory MB", "open files", "latency ms, median", "latency ms, 95 %", "e
 def minute_of(site, reader, number, kills, slowest):
     fixes = [fix for fix in reader.read() if fix["status"] == "ok"]
     latencies = [1e3 * fix["latency"] for fix in fixes if "latency" in fix]
-    errors, surprise = errors_of(fixes, site.hall)
+    errors, surprise = errors_of(fixes, lambda fix: site.hall.place(fix["time"]))
     memory, threads, files = look_at(site.running.process)
     return [number, round(memory, 1), threads, files, len(fixes), *(round(value, 1) for value in (
         quantile(latencies, 0.5), quantile(latencies, 0.95), 1e3 * quantile(errors, 0.5), 1e3 * quantile(errors, 0.99))), round(surprise, 2), kills, round(slowest, 1)]

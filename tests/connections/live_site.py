@@ -161,9 +161,9 @@ def quantile(values, q):
     return sorted(values)[int(q * (len(values) - 1))] if values else math.nan
 
 
-def errors_of(fixes, hall):
+def errors_of(fixes, place):
     """How far each fix is from where the robot was, m, and the squares of that over what is stated, on average."""
-    errors = [math.dist((fix["x"], fix["y"]), hall.place(fix["time"])[:2]) for fix in fixes]
+    errors = [math.dist((fix["x"], fix["y"]), place(fix)[:2]) for fix in fixes]
     squares = [error**2 / (fix["covariance"][0] + fix["covariance"][4]) for error, fix in zip(errors, fixes)]
     return errors, sum(squares) / max(len(squares), 1)
 

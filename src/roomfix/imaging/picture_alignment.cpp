@@ -1,9 +1,10 @@
 #include "roomfix/imaging/picture_alignment.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "roomfix/geometry/pose.hpp"
 
 namespace roomfix {
 namespace {
@@ -15,10 +16,7 @@ float squared(float value) { return value * value; }
 }  // namespace
 
 std::optional<Eigen::Vector2d> seen_after(const CameraModel& model, const Eigen::Vector2d& ray, const PictureMotion& motion) {
-    const Eigen::Vector3d before(ray.x(), ray.y(), 1);
-    const Eigen::Vector3d turn = motion.head<3>();
-    const double angle = turn.norm();
-    const Eigen::Vector3d after = angle > 0 ? Eigen::Vector3d(Eigen::AngleAxisd(-angle, turn / angle) * before) : before;
+    const Eigen::Vector3d after = exponential_rotation(-motion.head<3>()) * Eigen::Vector3d(ray.x(), ray.y(), 1);
     const auto pixel = project(model, after);
     if (!pixel) return std::nullopt;
     const Eigen::Vector2d middle(model.cx, model.cy);
