@@ -1,6 +1,8 @@
 """What a run that goes on for hours is looked at for, minute by minute: what it needs of the machine, and charts of that."""
+import hashlib
 import json
 import pathlib
+import time
 
 
 class LineReader:
@@ -24,6 +26,13 @@ def look_at(process):
     folder = pathlib.Path(f"/proc/{process.pid}")
     status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
     return int(status["RssAnon"].split()[0]) / 1024, int(status["Threads"]), len(list((folder / "fd").iterdir()))
+
+
+def machine_pace(work=bytes(20_000_000)):
+    """What the same work takes of this thread's time on a processor (ms): how fast the machine is at the moment, whoever else uses it."""
+    begin = time.thread_time()
+    hashlib.sha1(work).digest()
+    return 1e3 * (time.thread_time() - begin)
 
 
 def draw(columns, rows, shown, file):
