@@ -9,6 +9,7 @@
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/overhead/body_observer.hpp"
 #include "roomfix/site/body_parts.hpp"
+#include "standing_camera.hpp"
 
 namespace roomfix {
 namespace {
@@ -163,17 +164,7 @@ TEST(BodyLearner, WhatHasAnotherSizeIsNotTheRobot) {
 }
 
 /// A camera at a corner of the room, 2.5 m high, that looks at (1, 1).
-View corner_camera(double x, double y) {
-    UncertainPose3 pose;
-    const Eigen::Vector3d from(x, y, 2.5);
-    const Eigen::Vector3d forward = (Eigen::Vector3d(1, 1, 0.4) - from).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    pose.pose = Eigen::Isometry3d::Identity();
-    pose.pose.linear() << right, forward.cross(right), forward;
-    pose.pose.translation() = from;
-    pose.covariance = 1e-6 * Matrix6d::Identity();
-    return View(make_camera_model(width, height, 220, 220, 160, 120), pose);
-}
+View corner_camera(double x, double y) { return standing_camera(make_camera_model(width, height, 220, 220, 160, 120), {x, y, 2.5}, {1, 1, 0.4}); }
 
 TEST(BodyLearner, ARoughCylinderBecomesThePostOnABaseThatItIs) {
     // The site file says: a cylinder of 0.5 x 1.4 m.

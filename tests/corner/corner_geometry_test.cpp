@@ -6,32 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "corner/corner_views.hpp"
 #include "roomfix/base/random.hpp"
 #include "roomfix/corner/chou1986.hpp"
 #include "roomfix/geometry/pose.hpp"
 
 namespace roomfix {
 namespace {
-
-constexpr double right_angle = std::numbers::pi / 2;
-
-double difference(const CornerView& a, const CornerView& b) {
-    return std::max((a.corner_from_camera - b.corner_from_camera).cwiseAbs().maxCoeff(), (a.place - b.place).cwiseAbs().maxCoeff());
-}
-
-/// A camera at `place` that looks near the corner, turned about its axis by `roll`.
-CornerView looking(const Eigen::Vector2d& place, const Eigen::Vector3d& off, double roll) {
-    const Eigen::Vector3d to_corner = Eigen::Vector3d(-place.x(), -place.y(), 1).normalized();
-    const Eigen::Vector3d axis = exponential_rotation(off) * to_corner;
-    const Eigen::Vector3d right = axis.cross(Eigen::Vector3d::UnitZ()).normalized();
-    const Eigen::Vector3d down = axis.cross(right);
-    CornerView view;
-    view.place = place;
-    view.corner_from_camera.col(0) = std::cos(roll) * right + std::sin(roll) * down;
-    view.corner_from_camera.col(1) = -std::sin(roll) * right + std::cos(roll) * down;
-    view.corner_from_camera.col(2) = axis;
-    return view;
-}
 
 /// Straight up, but for a hair.
 CornerView looking_up_from(const Eigen::Vector2d& place, double turn, double tilt) {

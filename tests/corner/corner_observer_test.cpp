@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "corner/corner_views.hpp"
 #include "count_allocations.hpp"
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/random.hpp"
@@ -17,18 +18,6 @@ namespace roomfix {
 namespace {
 
 constexpr double quarter_turn = std::numbers::pi / 2;
-
-CornerView truth_of(const RoomShot& shot) {
-    const Eigen::Vector3d from_corner = shot.map_from_camera.translation() - shot.corner.position;
-    return {shot.map_from_camera.linear(), from_corner.head<2>() / -from_corner.z()};
-}
-
-Vector5d error_of(const CornerView& truth, const CornerView& found) {
-    const Eigen::AngleAxisd turn(Eigen::Matrix3d(truth.corner_from_camera * found.corner_from_camera.transpose()));
-    Vector5d error;
-    error << turn.angle() * turn.axis(), truth.place - found.place;
-    return error;
-}
 
 struct Studio {
     CameraModel model = room_camera();

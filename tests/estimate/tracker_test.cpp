@@ -552,6 +552,58 @@ TEST(Tracker, AStrangerThatNoFrameShowsBesideARobotDoesNotTakeItsSightings) {
     }
 }
 
+/// Two look-alikes drive and are seen for three seconds; from then on r2 is not, and cameras say that it is not where it should be.
+class OneOfTwoIsMissing : public ::testing::Test {
+protected:
+    /// One picture, 0.1 s after the last one, of r1 and of `others`; where r2 should be nothing shows, by so many nats.
+    void show(std::vector<PoseObservation> others, double nats) {
+        const double t = now();
+        tracker_.observe({from_seconds(t), 0, {0.3 * t, 0, 0}});
+        tracker_.observe({from_seconds(t), 1, {0.5 * t, 0, 0}});
+        others.push_back(seen(1 + 0.3 * t, 5, 0, 0.01, 2, 0));
+        tracker_.observe(from_seconds(t), "hall", others);
+        const auto fix = tracker_.fix(1, from_seconds(t));
+        if (nats < 0 && fix && fix->status != FixStatus::none) tracker_.observe(from_seconds(t), "hall", AbsenceObservation{1, fix->pose, nats});
+        ++frames_;
+    }
+    void drive_in_view() {
+        while (frames_ < 30) show({seen(1 + 0.5 * now(), 1, 0, 0.01, 2, 1)}, 0);
+        ASSERT_EQ(last_fix()->status, FixStatus::ok);
+    }
+    double now() const { return 0.1 * frames_; }
+    std::optional<Fix> last_fix() const { return tracker_.fix(1, from_seconds(now() - 0.1)); }
+
+    Tracker tracker_{site_of({robot_of("r1", Box{0.6, 0.4, 0.4}), robot_of("r2", Box{0.6, 0.4, 0.4})})};
+    int frames_ = 0;
+};
+
+TEST_F(OneOfTwoIsMissing, WhatStandsElsewhereWhileItsWheelsTurnIsNotIt) {
+    drive_in_view();
+    while (frames_ < 65) {  // it drives behind something
+        show({seen(2, 3, 0.4, 0.01, 2, 1)}, -3);
+        const auto fix = last_fix();
+        if (!fix || fix->status != FixStatus::ok) continue;
+        EXPECT_NEAR(fix->pose.y, 1, 0.3) << now();
+    }
+    while (frames_ < 80) show({seen(2, 3, 0.4, 0.01, 2, 1), seen(1 + 0.5 * now(), 1, 0, 0.01, 2, 1)}, 0);
+    ASSERT_TRUE(last_fix());
+    EXPECT_EQ(last_fix()->status, FixStatus::ok);
+    EXPECT_NEAR(last_fix()->pose.y, 1, 0.1);
+}
+
+TEST_F(OneOfTwoIsMissing, WhatMovesElsewhereAsItsWheelsSayIsItThoughItMayJustBeHidden) {
+    drive_in_view();
+    const double begin = now();
+    while (frames_ < 60) {  // it was set down elsewhere, and drives on there
+        const double way = 0.5 * (now() - begin);
+        show({seen(6 + 0.6 * way, 3 + 0.8 * way, std::atan2(0.8, 0.6), 0.01, 2, 1)}, 0);  // nobody sees the place where it should be
+    }
+    const auto fix = last_fix();
+    ASSERT_TRUE(fix);
+    EXPECT_EQ(fix->status, FixStatus::ok);
+    EXPECT_GT(fix->pose.y, 3);
+}
+
 TEST(Tracker, NamesWhereSomethingLikeARobotIsSeenWhileAllAreFollowedElsewhere) {
     Tracker tracker(site_of({robot_of("r1", Box{0.5, 0.4, 0.4}), robot_of("r2", Box{0.5, 0.4, 0.4})}));
     const auto show = [&](double t, std::vector<PoseObservation> robots) { tracker.observe(from_seconds(t), "hall", robots); };

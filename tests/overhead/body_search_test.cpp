@@ -4,48 +4,20 @@
 #include <array>
 #include <cmath>
 
+#include "overhead/evidence_of.hpp"
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/overhead/body_observer.hpp"
+#include "standing_camera.hpp"
 
 namespace roomfix {
 namespace {
-
-/// A camera at `from` that looks at `at`, 640 x 480.
-View camera(const Eigen::Vector3d& from, const Eigen::Vector3d& at) {
-    UncertainPose3 pose;
-    const Eigen::Vector3d forward = (at - from).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    pose.pose = Eigen::Isometry3d::Identity();
-    pose.pose.linear() << right, forward.cross(right), forward;
-    pose.pose.translation() = from;
-    pose.covariance = 1e-6 * Matrix6d::Identity();
-    return View(make_camera_model(640, 480, 500, 500, 320, 240), pose);
-}
-
-/// What such a camera shows of bodies, with a gap across their middle: real ones are not as filled as their description.
-Evidence evidence_of(const View& view, const std::vector<std::pair<Body, Pose2>>& bodies) {
-    Evidence evidence;
-    evidence.width = 640;
-    evidence.height = 480;
-    evidence.pixels.assign(640 * 480, {0, Evidence::certain});
-    BodyMask mask;
-    for (const auto& [body, pose] : bodies) {
-        cover(view, body.parts, pose, 640, 480, 1, 1, mask);
-        for (const Span& span : mask.spans) {
-            const bool gap = std::abs(span.y - (mask.top + mask.bottom) / 2) < (mask.bottom - mask.top) / 20;
-            for (int x = span.begin; x < span.end && !gap; ++x) evidence.pixels[static_cast<std::size_t>(span.y * 640 + x)] = {Evidence::certain, 0};
-        }
-    }
-    evidence.sum_up();
-    return evidence;
-}
 
 const SiteRobot can{"can", Cylinder{0.45, 1.2}};
 const SiteRobot cart{"cart", Box{0.8, 0.5, 0.4}};
 
 TEST(BodySearch, TwoCamerasTogetherFindABodyWithAnHonestCovariance) {
-    const View left = camera({-2, 0, 2.2}, {2, 1, 0});
-    const View right = camera({2, -3, 2.4}, {2, 1, 0});
+    const View left = standing_camera({-2, 0, 2.2}, {2, 1, 0});
+    const View right = standing_camera({2, -3, 2.4}, {2, 1, 0});
     const Pose2 truth{2.1, 0.8, 0};
     const Body body = body_of(can);
     const Evidence a = evidence_of(left, {{body, truth}});
@@ -67,7 +39,7 @@ TEST(BodySearch, TwoCamerasTogetherFindABodyWithAnHonestCovariance) {
 }
 
 TEST(BodySearch, ABoxIsFoundWithItsHeading) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     const Body body = body_of(cart);
     const Evidence a = evidence_of(left, {{body, truth}});
@@ -82,8 +54,8 @@ TEST(BodySearch, ABoxIsFoundWithItsHeading) {
 }
 
 TEST(BodySearch, ASightingSaysHowMuchLessRobotsOfOtherKindsExplainIt) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
-    const View right = camera({4, -2, 2.6}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
+    const View right = standing_camera({4, -2, 2.6}, {2, 1, 0});
     const SiteRobot tall{"tall", Box{0.75, 0.45, 0.8}};
     const Pose2 truth{2.0, 1.1, 0.6};
     const Evidence a = evidence_of(left, {{body_of(tall), truth}});
@@ -125,7 +97,7 @@ Evidence evidence_of_pale(const View& view, const Body& body, const Pose2& pose)
 }
 
 TEST(BodySearch, ARobotThatCoversLittleOfItsBoxIsFound) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     const SiteRobot robot = rover();
     EXPECT_LT(body_of(robot).share_of_box, 0.2);
@@ -138,7 +110,7 @@ TEST(BodySearch, ARobotThatCoversLittleOfItsBoxIsFound) {
 }
 
 TEST(BodySearch, EdgesShowARobotThatHardlyDiffersFromTheFloor) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     const Pose2 truth{3.4, 1.1, 0.6};
     const SiteRobot robot = rover();
     const Evidence evidence = evidence_of_pale(view, body_of(robot), truth);
@@ -161,7 +133,7 @@ TEST(BodySearch, EdgesShowARobotThatHardlyDiffersFromTheFloor) {
 
 /// A grey robot on a grey floor: most of it may as well be a shadow, which says nothing.
 TEST(BodySearch, OfARobotThatMightBeAShadowLittleIsEnoughWhereEdgesTellTheRest) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     SiteRobot torso{"torso", Box{}};
     for (const auto& [width, low, high] : {std::array{0.5, 0.0, 0.2}, std::array{0.3, 0.2, 0.9}}) {
@@ -195,7 +167,7 @@ TEST(BodySearch, OfARobotThatMightBeAShadowLittleIsEnoughWhereEdgesTellTheRest) 
 }
 
 TEST(BodySearch, WhatHasOtherEdgesIsNoRobotUnlessItIsExpectedThere) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     const SiteRobot robot = rover();
     const Evidence evidence = evidence_of(view, {{body_of(robot), truth}});
@@ -218,7 +190,7 @@ TEST(BodySearch, WhatHasOtherEdgesIsNoRobotUnlessItIsExpectedThere) {
 
 /// The head and shoulders of a person with trousers like the floor might be a low robot that stands far behind.
 TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     const SiteRobot robot{"low", Box{0.6, 0.5, 0.5}};
     const Pose2 truth{1.4, 0.6, 0};
     Evidence evidence = evidence_of(view, {{body_of({"person", Cylinder{0.5, 1.7}}), truth}});
@@ -243,7 +215,7 @@ TEST(BodySearch, WhatAPersonShowsAboveTheWaistIsNoRobotFarBehind) {
 
 /// A box that is larger than the robot is refused where it explains most, and then also where the robot would stand before or behind it.
 TEST(BodySearch, WhatIsNoRobotAtItsLikeliestPlaceIsNoneAlongTheRayEither) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     for (const double yaw : {0.3, 1.2}) {
         const Evidence evidence = evidence_of(view, {{body_of({"larger", Box{0.9, 0.9, 0.5}}), {0.9, 0.5, yaw}}});
         const std::vector<SeenBy> seen = {{&view, &evidence}};
@@ -255,7 +227,7 @@ TEST(BodySearch, WhatIsNoRobotAtItsLikeliestPlaceIsNoneAlongTheRayEither) {
 }
 
 TEST(BodySearch, WhatGoesOnBeyondTheOutlineHasNotTheBodysShape) {
-    const View view = camera({-2, -1, 2.4}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.4}, {2, 1, 0});
     const Pose2 truth{1.8, 0.9, 0.4};
     const Body body = body_of(cart);
     PlaceMemory memory;
@@ -270,14 +242,14 @@ TEST(BodySearch, WhatGoesOnBeyondTheOutlineHasNotTheBodysShape) {
     const double beside = shape_in({{body, truth}, {body, {1.95, 0.5, 0.4}}});
     EXPECT_GT(beside, 0);
     EXPECT_LT(beside, shape_in({{body, truth}}));
-    const View elsewhere = camera({-2, -1, 2.4}, {-4, -2, 0});
+    const View elsewhere = standing_camera({-2, -1, 2.4}, {-4, -2, 0});
     const Evidence nothing = evidence_of(elsewhere, {});
     EXPECT_EQ(score_shape({&elsewhere, &nothing}, body, truth, {}, memory), 0);
 }
 
 /// A robot is followed; a person stands between it and the camera, so that its pixels and the person's are next to each other.
 TEST(BodySearch, AKnownThingIsNotTakenForTheRobotThatItHides) {
-    const View view = camera({-2, -1, 2.6}, {2, 1, 0});
+    const View view = standing_camera({-2, -1, 2.6}, {2, 1, 0});
     const SiteRobot low{"low", Box{0.4, 0.3, 0.25}};
     const Body person = body_of({"person", Cylinder{0.5, 1.7}});
     const auto largest_error = [&](bool known) {
@@ -304,8 +276,8 @@ TEST(BodySearch, AKnownThingIsNotTakenForTheRobotThatItHides) {
 /// What nobody expects is found in every search, whether it is looked for before the robots or in what they leave; and so is a robot that is followed where
 /// something else stands, within a few searches.
 TEST(BodySearch, WhatNobodyExpectsIsFoundInEverySearch) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
-    const View right = camera({4, -2, 2.6}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
+    const View right = standing_camera({4, -2, 2.6}, {2, 1, 0});
     const Body person = body_of({"person", Cylinder{0.5, 1.7}});
     const Pose2 truth{2.0, 1.0, 0.4}, stands{1.2, 2.0, 0};
     const Evidence a = evidence_of(left, {{person, stands}, {body_of(cart), truth}});
@@ -336,8 +308,8 @@ TEST(BodySearch, WhatNobodyExpectsIsFoundInEverySearch) {
 
 /// What was seen before and taken for a thing may have been the robot that is still missing.
 TEST(BodySearch, ARobotThatIsMissingMayBeWhatSeemedToBeAThing) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
-    const View right = camera({4, -2, 2.6}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
+    const View right = standing_camera({4, -2, 2.6}, {2, 1, 0});
     const SiteRobot bin{"bin", Cylinder{0.58, 0.95}};  // as large as a chair
     const Pose2 truth{2.0, 1.1, 0.6};
     const Evidence a = evidence_of(left, {{body_of(bin), truth}});
@@ -355,8 +327,8 @@ TEST(BodySearch, ARobotThatIsMissingMayBeWhatSeemedToBeAThing) {
 /// A small robot explains all of three places where robots stand, one of them its own: nobody takes that one for a thing because the robot may stand at
 /// another one.
 TEST(BodySearch, ASmallRobotHasAPlaceOfItsOwnBesideLargerOnes) {
-    const View left = camera({-2, -1, 3}, {2, 1, 0});
-    const View right = camera({6, -1, 2.8}, {2, 1, 0});
+    const View left = standing_camera({-2, -1, 3}, {2, 1, 0});
+    const View right = standing_camera({6, -1, 2.8}, {2, 1, 0});
     const SiteRobot large{"large", Box{0.6, 0.42, 0.53}}, alike{"alike", Box{0.6, 0.42, 0.53}}, small{"small", Box{0.5, 0.3, 0.55}};
     const Body half_empty = body_of({"half-empty", Box{0.55, 0.34, 0.5}});
     const std::vector<Pose2> truth = {{0.6, 1.8, 0.4}, {3.4, 1.6, 2.0}, {2.0, 0.6, 1.1}};
@@ -374,15 +346,38 @@ TEST(BodySearch, ASmallRobotHasAPlaceOfItsOwnBesideLargerOnes) {
 }
 
 TEST(BodySearch, AnEmptyFloorHasNoBody) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
     const Evidence a = evidence_of(left, {});
     const std::vector<SeenBy> seen = {{&left, &a}};
     BodyObserver observer({can, cart});
     EXPECT_TRUE(observer.find(seen, {1, 1}).empty());
 }
 
+/// A cart is expected on bare floor, or behind a robot that hides most of it.
+TEST(BodySearch, WhatIsMostlyHiddenIsNotCalledAbsent) {
+    const View view = standing_camera({-1, 1, 1.2}, {2, 1, 0.3});
+    const SiteRobot screen{"screen", Box{0.2, 0.9, 0.8}};
+    const Pose2 in_front{1.6, 1, 0};
+    const Evidence evidence = evidence_of(view, {{body_of(screen), in_front}});
+    const std::vector<SeenBy> seen = {{&view, &evidence}};
+    const std::vector<KnownRobot> known = {{1, in_front}};
+    const auto absent = [&](const Pose2& place) {
+        Expectation expected;
+        expected.search = false;
+        expected.robots = {{0, place, true, 1e-4 * Eigen::Matrix3d::Identity()}};
+        BodyObserver observer({cart, screen});
+        EXPECT_TRUE(observer.find(seen, {1, 0}, known, expected).empty());
+        return observer.absent();
+    };
+    EXPECT_TRUE(absent({2.4, 1.52, 0}).empty()) << "most of it is hidden: perhaps all of it is";
+    const auto bare = absent({2.4, 2.2, 0});
+    ASSERT_EQ(bare.size(), 1U);
+    EXPECT_EQ(bare[0].robot, 0);
+    EXPECT_LT(bare[0].nats, -1.5);
+}
+
 TEST(BodySearch, WhatAKnownRobotExplainsIsNotFoundAgain) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     const Evidence a = evidence_of(left, {{body_of(cart), truth}});
     const std::vector<SeenBy> seen = {{&left, &a}};
@@ -392,7 +387,7 @@ TEST(BodySearch, WhatAKnownRobotExplainsIsNotFoundAgain) {
 }
 
 TEST(BodySearch, AnOutlineOfWhatAnotherRobotExplainsDoesNotHold) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     const Evidence a = evidence_of(left, {{body_of(cart), truth}});
     const std::vector<SeenBy> seen = {{&left, &a}};
@@ -408,7 +403,7 @@ TEST(BodySearch, AnOutlineOfWhatAnotherRobotExplainsDoesNotHold) {
 }
 
 TEST(BodySearch, NothingIsFoundBehindAWall) {
-    const View left = camera({-1, -1, 3}, {2, 1, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 1, 0});
     const Pose2 truth{2.0, 1.1, 0.6};
     const Evidence a = evidence_of(left, {{body_of(cart), truth}});
     const std::vector<Polyline> across = {{{1, -3}, {1, 5}}};
@@ -421,7 +416,7 @@ TEST(BodySearch, NothingIsFoundBehindAWall) {
 }
 
 TEST(BodySearch, TwoThatLookAlikeAreRivals) {
-    const View left = camera({-1, -1, 3}, {2, 2, 0});
+    const View left = standing_camera({-1, -1, 3}, {2, 2, 0});
     const Body body = body_of(can);
     const Evidence a = evidence_of(left, {{body, {2.2, 1.0, 0}}, {body, {1.0, 2.2, 0}}});
     const std::vector<SeenBy> seen = {{&left, &a}};

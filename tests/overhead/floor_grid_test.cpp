@@ -3,21 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "roomfix/base/random.hpp"
+#include "standing_camera.hpp"
 
 namespace roomfix {
 namespace {
 
 /// A camera in the corner of a room of 6 x 5 m.
-View corner_camera(double x) {
-    UncertainPose3 pose;
-    const Eigen::Vector3d from(x, 0.1, 2.5);
-    const Eigen::Vector3d forward = (Eigen::Vector3d(3, 2.5, 0) - from).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    pose.pose = Eigen::Isometry3d::Identity();
-    pose.pose.linear() << right, forward.cross(right), forward;
-    pose.pose.translation() = from;
-    return View(make_camera_model(640, 480, 450, 450, 320, 240), pose);
-}
+View corner_camera(double x) { return standing_camera(make_camera_model(640, 480, 450, 450, 320, 240), {x, 0.1, 2.5}, {3, 2.5, 0}); }
 
 Evidence empty_picture() {
     Evidence evidence;

@@ -4,20 +4,13 @@
 
 #include <cmath>
 
+#include "standing_camera.hpp"
+
 namespace roomfix {
 namespace {
 
 /// A camera in a corner of the room that looks at its middle, through a lens that distorts.
-View corner_camera() {
-    UncertainPose3 pose;
-    const Eigen::Vector3d from(-2, -1, 2.4);
-    const Eigen::Vector3d forward = (Eigen::Vector3d(1.5, 0.5, 0) - from).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-    pose.pose = Eigen::Isometry3d::Identity();
-    pose.pose.linear() << right, forward.cross(right), forward;
-    pose.pose.translation() = from;
-    return View(make_camera_model(640, 480, 450, 450, 320, 240, {-0.25, 0.06}), pose);
-}
+View corner_camera() { return standing_camera(make_camera_model(640, 480, 450, 450, 320, 240, {-0.25, 0.06}), {-2, -1, 2.4}, {1.5, 0.5, 0}); }
 
 /// Px of the picture that one of the masks covers and the other does not.
 int difference(const BodyMask& a, const BodyMask& b) {

@@ -7,21 +7,13 @@
 #include <numbers>
 
 #include "roomfix/base/random.hpp"
+#include "standing_camera.hpp"
 
 namespace roomfix {
 namespace {
 
 /// A camera in a corner of the room that looks at its middle, a little askew, through a lens that distorts.
-View askew_camera() {
-    UncertainPose3 pose;
-    const Eigen::Vector3d from(-2, -1, 2.4);
-    const Eigen::Vector3d forward = (Eigen::Vector3d(1.5, 0.5, 0) - from).normalized();
-    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d(0.08, -0.05, 1)).normalized();
-    pose.pose = Eigen::Isometry3d::Identity();
-    pose.pose.linear() << right, forward.cross(right), forward;
-    pose.pose.translation() = from;
-    return View(make_camera_model(640, 480, 450, 450, 320, 240, {-0.25, 0.06}), pose);
-}
+View askew_camera() { return standing_camera(make_camera_model(640, 480, 450, 450, 320, 240, {-0.25, 0.06}), {-2, -1, 2.4}, {1.5, 0.5, 0}, {0.08, -0.05, 1}); }
 
 /// Does a wall stand between the camera and what a pixel shows of a body so far away?
 bool hidden(const View& view, const std::vector<Polyline>& walls, int x, int y, double distance) {

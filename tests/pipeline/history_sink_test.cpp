@@ -86,7 +86,7 @@ TEST_F(StoredHistory, WithoutADatabaseTheOldestAreLostAndCounted) {
 TEST_F(StoredHistory, AFolderThatAppearsLaterGetsAll) {
     std::atomic<int> told = 0;
     HistorySettings settings;
-    settings.tell = [&](const std::string&) { ++told; };
+    settings.on_trouble = [&](const std::string&) { ++told; };
     auto sink = sink_to((folder / "disk" / "history.db").string(), settings);
     ASSERT_TRUE(sink->give(one_fix(1)));
     ASSERT_TRUE(becomes_true([&] { return told == 1; }));

@@ -169,7 +169,7 @@ TEST_F(Recording, ByItsAgeTheRecordingGoesOnInPartsAndTheOldestGo) {
 TEST_F(Recording, WhileTheFolderIsGoneTheRunGoesOnAndTheRecordingComesBack) {
     std::ofstream(folder / "disk") << "a file where the folder should be";
     std::atomic<int> told = 0;
-    RecorderSettings settings{.folder = folder / "disk/record", .tell = [&](const std::string&) { ++told; }};
+    RecorderSettings settings{.folder = folder / "disk/record", .on_trouble = [&](const std::string&) { ++told; }};
     auto recorder = SessionRecorder::start(settings, one_camera());
     ASSERT_TRUE(recorder) << recorder.error().message;
     int time = 0;

@@ -257,9 +257,9 @@ double CornerLocator::hint_likelihood(const CameraPlace& place, const CameraHint
         log -= 0.5 * off.dot(spread.ldlt().solve(off));
     }
     if (robot_ >= 0 && site_.robots[static_cast<std::size_t>(robot_)].receiver()) {
-        const Eigen::Vector3d ear = map_from_robot(place.pose) * site_.robots[static_cast<std::size_t>(robot_)].receiver()->position;
+        const Eigen::Vector3d receiver = map_from_robot(place.pose) * site_.robots[static_cast<std::size_t>(robot_)].receiver()->position;
         for (const RangeObservation& range : hints.ranges) {
-            const double known = (site_.beacons[static_cast<std::size_t>(range.beacon)].position - ear).norm();
+            const double known = (site_.beacons[static_cast<std::size_t>(range.beacon)].position - receiver).norm();
             const double sigma = std::sqrt(range.sigma * range.sigma + place.covariance(0, 0) + place.covariance(1, 1));
             log += range_likelihood(range.range - known, sigma, settings_.late).log_density;
         }

@@ -212,7 +212,11 @@ void step(GroupState& state, const Event& event, const Group& group, const Track
     for (Association& association : state.associations) {
         for (Track& track : association.tracks) {
             if (track.alive()) predict(track, event.time, models);
-            for (PossibleName& name : track.names) predict(name.track, event.time, models);
+            for (PossibleName& name : track.names) {
+                const Eigen::Vector2d before = name.track.belief.best().mean.head<2>();
+                predict(name.track, event.time, models);
+                name.way += (name.track.belief.best().mean.head<2>() - before).norm();
+            }
         }
     }
     if (std::holds_alternative<TimePassed>(event.what)) return;

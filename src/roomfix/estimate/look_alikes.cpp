@@ -7,16 +7,14 @@
 
 #include "roomfix/base/assignment.hpp"
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/estimate/naming.hpp"
+#include "roomfix/estimate/track_start.hpp"
 
 namespace roomfix {
 namespace {
 
-constexpr std::size_t most_associations = 32;
-constexpr double no_robot = 0.03;          // share of new tracks that are none of the group
-constexpr std::size_t most_namings = 128;  // ways to give all names at once that are compared
-constexpr double ask_again = 1;            // s until a track that got no name may get one
-constexpr double same = 0.5;               // squared distance of poses below which two associations of a robot are one
-constexpr double close_call = 6;           // difference of cost (twice the nats) up to which two robots may have been mixed up
+constexpr double same = 0.5;      // squared distance of poses below which two associations of a robot are one
+constexpr double close_call = 6;  // difference of cost (twice the nats) up to which two robots may have been mixed up
 
 const Shape& shape_of(const Track& track, const TrackingModels& models) { return models.site.robots[static_cast<std::size_t>(track.robot)].shape; }
 
@@ -77,18 +75,6 @@ double note_kind(Track& track, const PoseObservation& observation, const Group& 
     return evidence;
 }
 
-/// Robots of the group that the association has not seen yet, or has lost.
-std::vector<int> free_robots(const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    std::vector<int> free;
-    for (const int robot : group.robots) {
-        const auto known = std::find_if(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
-        const bool lost = known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost ||
-                          known->hardly_known(time, models.settings.ok) || is_missing(*known, models.settings);
-        if (lost) free.push_back(robot);
-    }
-    return free;
-}
-
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
 std::vector<PossiblePair> possible_pairs(const Association& association, const GroupSighting& frame, const Group& group, const TrackingModels& models) {
     std::vector<PossiblePair> pairs;
@@ -125,7 +111,7 @@ std::uint64_t bit_of(int robot, const Group& group) {
 /// Where all names are taken, a track without a name is no robot of the group, or it is one of them seen elsewhere than it is thought to be. No frame has
 /// shown both then: the track must not take what that robot's own track would take as well.
 void charge_strangers(std::vector<PossiblePair>& pairs, const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    if (group.many || !free_robots(association, time, group, models).empty()) return;
+    if (group.many || !all_followed(association, time, group, models)) return;
     const auto track_of = [&](const PossiblePair& pair) -> const Track& { return association.tracks[static_cast<std::size_t>(pair.row)]; };
     for (PossiblePair& pair : pairs) {
         const Track& track = track_of(pair);
@@ -155,20 +141,6 @@ double take_as(Track& track, int robot, const PoseObservation& seen, const Event
     const PoseObservation as = seen_as(robot, seen, group);
     const double any_direction = seen.yaw_known && !as.yaw_known ? std::log(seen.like_turns / (2 * std::numbers::pi)) : 0;
     return take_pose(track, as, event.source, models, group.many) + any_direction;
-}
-
-auto is_of(int robot) {
-    return [robot](const PossibleName& name) { return name.track.robot == robot; };
-}
-
-/// A track without a name is followed as each of the robots, too, whose wheels will tell.
-void propose_name(Track& track, int robot, const TrackingModels& models) {
-    if (std::any_of(track.names.begin(), track.names.end(), is_of(robot)) || !models.has_mark(robot)) return;
-    PossibleName name{track, 0, track.time};
-    name.track.names.clear();
-    name.track.robot = robot;
-    name.track.named = true;
-    track.names.push_back(std::move(name));
 }
 
 /// Log evidence of a sighting for a track without a name: of all of it, and of its place alone.
@@ -276,169 +248,6 @@ void drop_doubles(Association& association, const TrackingModels& models) {
     std::erase_if(association.tracks, [&](const Track& t) { return shadow[i++] && !t.named; });
 }
 
-/// A robot whose name a new track may get, and how many robots it stands for: of those that nothing will ever tell apart the first is taken.
-struct FreeName {
-    int robot = 0;
-    int alike = 1;
-};
-
-std::vector<FreeName> free_names(const std::vector<int>& free, const Group& group, const TrackingModels& models) {
-    std::vector<FreeName> names;
-    for (const int robot : free) {
-        const auto alike = std::find_if(names.begin(), names.end(), [&](const FreeName& n) {
-            return !models.has_mark(robot) && !models.has_mark(n.robot) && group.kind_of(n.robot) == group.kind_of(robot);
-        });
-        if (alike == names.end()) {
-            names.push_back({robot});
-        } else {
-            ++alike->alike;
-        }
-    }
-    return names;
-}
-
-/// One way to give names to tracks: to each the robot that it is, or none.
-struct Naming {
-    std::vector<int> robots;        // of each of the tracks; -1: it is none of the group
-    std::vector<double> by_chance;  // probability of each name where nothing will ever tell
-    std::vector<int> free;          // robots that are left
-    double log_weight = 0;
-};
-
-/// The likeliest ways to name tracks, weights with sum 1.
-std::vector<Naming> likely_namings(const Association& association, const std::vector<std::size_t>& tracks, const std::vector<int>& free, const Group& group,
-                                   const TrackingModels& models) {
-    std::vector<Naming> namings = {{{}, {}, free, 0}};
-    for (const std::size_t t : tracks) {
-        const Track& track = association.tracks[t];
-        std::vector<Naming> longer;
-        for (const Naming& naming : namings) {
-            longer.push_back(naming);
-            longer.back().robots.push_back(-1);
-            longer.back().by_chance.push_back(1);
-            longer.back().log_weight += std::log(no_robot);
-            for (const FreeName& name : free_names(naming.free, group, models)) {
-                const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(name.robot));
-                Naming& next = longer.emplace_back(naming);
-                next.robots.push_back(name.robot);
-                next.by_chance.push_back(1.0 / name.alike);
-                next.log_weight += std::log((1 - no_robot) * name.alike / static_cast<double>(naming.free.size())) + track.as_kind[group.kind_of(name.robot)] +
-                                   (own == track.names.end() ? 0 : own->evidence);
-                std::erase(next.free, name.robot);
-            }
-        }
-        std::stable_sort(longer.begin(), longer.end(), [](const Naming& a, const Naming& b) { return a.log_weight > b.log_weight; });
-        if (longer.size() > most_namings) longer.resize(most_namings);
-        namings = std::move(longer);
-    }
-    double sum = 0;
-    for (const Naming& naming : namings) sum += std::exp(naming.log_weight - namings[0].log_weight);
-    const double norm = namings[0].log_weight + std::log(sum);
-    for (Naming& naming : namings) naming.log_weight -= norm;
-    return namings;
-}
-
-/// Which of the tracks get their names now: those whose name is sure, and those that wheels have had their time to tell.
-std::vector<char> ripe_tracks(const Association& association, const std::vector<std::size_t>& tracks, const std::vector<Naming>& namings,
-                              const std::vector<int>& free, Nanoseconds time, const TrackingModels& models) {
-    std::vector<char> ripe;
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-        double agreeing = 0;
-        for (const Naming& naming : namings) agreeing += naming.robots[i] == namings[0].robots[i] ? std::exp(naming.log_weight) : 0;
-        Nanoseconds since = never;
-        for (const PossibleName& name : association.tracks[tracks[i]].names) {
-            if (std::find(free.begin(), free.end(), name.track.robot) != free.end()) since = std::max(since, name.since);
-        }
-        ripe.push_back(agreeing > models.settings.sure_of_name || since == never || to_seconds(time - since) >= models.settings.naming);
-    }
-    return ripe;
-}
-
-/// A name given to one of an association's tracks.
-void give_name(Association& association, std::size_t index, int robot, double by_chance, const Group& group) {
-    Track& track = association.tracks[index];
-    const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(robot));
-    association.log_weight += track.as_kind[group.kind_of(robot)];
-    if (own != track.names.end()) {
-        Track named = std::move(own->track);
-        association.log_weight += own->evidence;
-        named.as_kind = track.as_kind;
-        named.presence = track.presence;
-        track = std::move(named);
-    }
-    track.names.clear();
-    track.named = true;
-    track.robot = robot;
-    track.named_by_chance = by_chance;
-}
-
-/// The association with the names of the tracks that are ripe; lost tracks of these names end.
-Association with_names(Association association, const std::vector<std::size_t>& tracks, const std::vector<char>& ripe, const Naming& naming, std::size_t free,
-                       Nanoseconds time, const Group& group) {
-    std::vector<char> ends(association.tracks.size(), 0);
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-        if (!ripe[i]) continue;
-        if (naming.robots[i] < 0) {
-            association.tracks[tracks[i]].declined = time;
-            association.log_weight += std::log(no_robot);
-            continue;
-        }
-        for (std::size_t t = 0; t < association.tracks.size(); ++t) ends[t] |= association.tracks[t].is(naming.robots[i]);
-        association.log_weight += std::log((1 - no_robot) / (naming.by_chance[i] * static_cast<double>(free--)));
-    }
-    for (std::size_t i = 0; i < tracks.size(); ++i) {
-        if (ripe[i] && naming.robots[i] >= 0) give_name(association, tracks[i], naming.robots[i], naming.by_chance[i], group);
-    }
-    for (Track& track : association.tracks) {
-        std::erase_if(track.names, [&](const PossibleName& name) {
-            return std::any_of(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(name.track.robot); });
-        });
-    }
-    std::size_t i = 0;
-    std::erase_if(association.tracks, [&](const Track&) { return ends[i++] != 0; });
-    return association;
-}
-
-/// Tracks of an association that were seen often enough get the names of robots that are not followed: one association for each likely way to do it, among them
-/// that a track is no robot of the group at all. All that can be named at once are: names exclude each other.
-void give_names(GroupState& state, Nanoseconds time, const Group& group, const TrackingModels& models) {
-    const std::size_t associations = state.associations.size();
-    for (std::size_t s = 0; s < associations; ++s) {
-        std::vector<std::size_t> tracks;
-        for (std::size_t t = 0; t < state.associations[s].tracks.size(); ++t) {
-            const Track& track = state.associations[s].tracks[t];
-            const bool asks = !track.named && track.sightings >= models.settings.confirmations && to_seconds(time - track.declined) >= ask_again;
-            if (asks) tracks.push_back(t);
-        }
-        if (tracks.empty()) continue;
-        const std::vector<int> free = free_robots(state.associations[s], time, group, models);
-        if (free.empty()) continue;
-        for (const std::size_t t : tracks) {
-            for (const int robot : free) propose_name(state.associations[s].tracks[t], robot, models);
-        }
-        const std::vector<Naming> namings = likely_namings(state.associations[s], tracks, free, group, models);
-        const std::vector<char> ripe = ripe_tracks(state.associations[s], tracks, namings, free, time, models);
-        if (std::find(ripe.begin(), ripe.end(), 1) == ripe.end()) continue;
-        const Association before = state.associations[s];
-        std::vector<std::vector<int>> given;
-        for (const Naming& naming : namings) {
-            std::vector<int> names;  // of the ripe tracks: ways that differ only in the others are one
-            for (std::size_t i = 0; i < tracks.size(); ++i) {
-                if (ripe[i]) names.push_back(naming.robots[i]);
-            }
-            if (naming.log_weight < least_log_weight || std::find(given.begin(), given.end(), names) != given.end()) continue;
-            if (!given.empty() && state.associations.size() >= most_associations) break;
-            Association named = with_names(before, tracks, ripe, naming, free.size(), time, group);
-            if (given.empty()) {
-                state.associations[s] = std::move(named);
-            } else {
-                state.associations.push_back(std::move(named));
-            }
-            given.push_back(std::move(names));
-        }
-    }
-}
-
 bool same_association(const Association& a, const Association& b) {
     for (const Track& track : a.tracks) {
         if (!track.named) continue;
@@ -449,7 +258,7 @@ bool same_association(const Association& a, const Association& b) {
 }
 
 /// The likeliest first, like ones joined, weights add up to 1.
-void settle_accounts(GroupState& state) {
+void merge_and_prune(GroupState& state) {
     auto& associations = state.associations;
     for (Association& association : associations) association.shown = &association == &associations.front();  // copies of it came behind it
     if (associations.size() > 1) {
@@ -495,10 +304,10 @@ std::vector<std::vector<int>> close_exchanges(const Association& association, co
 }  // namespace
 
 void take_frame(GroupState& state, const GroupSighting& frame, const Event& event, const Group& group, const TrackingModels& models) {
-    const std::size_t old_accounts = state.associations.size();
+    const std::size_t count = state.associations.size();
     std::vector<Association> exchanged;
     std::vector<double> before, before_exchanged;
-    for (std::size_t s = 0; s < old_accounts; ++s) {
+    for (std::size_t s = 0; s < count; ++s) {
         Association& association = state.associations[s];
         drop_lost(association, event.time, models);
         auto pairs = possible_pairs(association, frame, group, models);
@@ -525,10 +334,10 @@ void take_frame(GroupState& state, const GroupSighting& frame, const Event& even
             if (track.number == 0 && track.sightings >= models.settings.confirmations) track.number = ++state.numbers_given;
         }
     } else {
-        settle_accounts(state);
+        merge_and_prune(state);
         give_names(state, event.time, group, models);
     }
-    settle_accounts(state);
+    merge_and_prune(state);
 }
 
 }  // namespace roomfix

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <set>
 
+#include "roomfix/estimate/own_senses.hpp"
+
 namespace roomfix {
 namespace {
 

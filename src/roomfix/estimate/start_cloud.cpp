@@ -65,10 +65,10 @@ double student(double error, double sigma) {
     return 0.375 / (sigma * t * t * std::sqrt(t));
 }
 
-Eigen::Vector3d ear_at(const Pose2& robot, const RangeSource& receiver, bool front) {
-    Eigen::Vector3d ear(robot.x, robot.y, receiver.receiver.z());
-    if (front && !receiver.receiver.head<2>().isZero(0)) ear.head<2>() += Eigen::Rotation2Dd(robot.yaw) * receiver.receiver.head<2>();
-    return ear;
+Eigen::Vector3d receiver_at(const Pose2& robot, const RangeSource& receiver, bool front) {
+    Eigen::Vector3d place(robot.x, robot.y, receiver.receiver.z());
+    if (front && !receiver.receiver.head<2>().isZero(0)) place.head<2>() += Eigen::Rotation2Dd(robot.yaw) * receiver.receiver.head<2>();
+    return place;
 }
 
 /// What may have been heard: places in the map, m.
@@ -259,13 +259,13 @@ void StartCloud::weigh(const Heard& heard, const TrackingModels& models) {
         const double sigma = std::exp(guess.log_error);
         if (guess.depth) front = {std::cos(guess.yaw), std::sin(guess.yaw)};
         if (const auto* range = std::get_if<RangeObservation>(&heard)) {
-            const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, range->receiver), shows_front_);
-            const Eigen::Vector3d way = beacon_of(models, range->beacon) - ear;
+            const Eigen::Vector3d place = receiver_at(robot, models.receiver(robot_, range->receiver), shows_front_);
+            const Eigen::Vector3d way = beacon_of(models, range->beacon) - place;
             return density_of(range->range, stated(guess, way.norm(), way.head<2>()), sigma);
         }
         if (const auto* difference = std::get_if<RangeDifferenceObservation>(&heard)) {
-            const Eigen::Vector3d ear = ear_at(robot, models.receiver(robot_, difference->receiver), shows_front_);
-            const double exact = (ear - beacon_of(models, difference->beacons[1])).norm() - (ear - beacon_of(models, difference->beacons[0])).norm();
+            const Eigen::Vector3d place = receiver_at(robot, models.receiver(robot_, difference->receiver), shows_front_);
+            const double exact = (place - beacon_of(models, difference->beacons[1])).norm() - (place - beacon_of(models, difference->beacons[0])).norm();
             return student(difference->difference - exact, sigma);
         }
         const auto& seen = std::get<SightingObservation>(heard);

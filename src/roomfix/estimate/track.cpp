@@ -6,6 +6,8 @@
 #include <numbers>
 
 #include "roomfix/estimate/iterated_update.hpp"
+#include "roomfix/estimate/own_senses.hpp"
+#include "roomfix/estimate/track_start.hpp"
 
 namespace roomfix {
 namespace {
@@ -16,17 +18,6 @@ constexpr double longest_judged = 1;      // s that one observation speaks for, 
 constexpr double confirmed_within = 2.0;  // s: so old may another source's word be to judge by
 constexpr double sure_enough = 0.2;       // m: a place known less judges nobody
 constexpr double front_doubt = 0.02;      // weight of other fronts where the robot seems to drive backwards or sideways
-constexpr double vague_yaw = 0.5;         // rad, 1 sigma: a direction seen no better is as good as none to start from
-constexpr int yaw_starts = 12;            // of a robot with odometry whose front nobody knows
-
-constexpr double unknown_scale = 0.1;       // of wheels of which nobody knows how they err: standard deviation of both scales
-constexpr double well_known = 0.04;         // ... and once it has been learned
-constexpr double search_again = 5;          // s between searches for one whose senses contradict where it should be
-constexpr double memory_of_agreement = 20;  // observations
-constexpr double disagreement = 0.25;       // mean probability of being right: less, and its place is sought anew
-constexpr std::size_t enough_heard = 20;
-constexpr std::size_t kept_heard = 60;
-constexpr std::size_t kept_before_start = 400;
 
 OutlierModel outlier_model(int dimensions, const TrackerSettings& settings) {
     const double spread = dimensions == 2 ? settings.area : settings.area * 2 * std::numbers::pi;
@@ -57,67 +48,6 @@ void judge(SourceHealth& health, Nanoseconds time, const Innovation& innovation,
     ++health.judged;
     if (!health.quarantined && health.judged >= settings.quarantine_after && health.right < settings.quarantine_below) health.quarantined = true;
     if (health.quarantined && health.right > settings.readmit_above) health.quarantined = false;
-}
-
-Belief start_belief(const PlaceProposal& place, int robot, const TrackingModels& models) {
-    Eigen::Matrix3d covariance = place.covariance;
-    if (!place.yaw_known) {
-        covariance.row(2).setZero();
-        covariance.col(2).setZero();
-        covariance(2, 2) = unknown_yaw_variance;
-    }
-    const TrackerSettings& settings = models.settings;
-    Belief belief = belief_at(place.pose, covariance, settings.start_speed, settings.start_turning, models.odometry[static_cast<std::size_t>(robot)]);
-    for (int i = 0; i < 3 && place.late != 0; ++i) {  // it was there then, and moves as nobody knows yet
-        const double variance = belief.covariance(state_vx + i, state_vx + i);
-        belief.covariance(i, i) += place.late * place.late * variance;
-        belief.covariance(i, state_vx + i) = belief.covariance(state_vx + i, i) = -place.late * variance;
-    }
-    return belief;
-}
-
-/// What was learned about odometry and sensors goes along to a new place.
-void keep_learned(Belief& fresh, const Belief& old) {
-    const int learned = old.size - state_scale;
-    fresh.size = old.size;
-    fresh.slow = old.slow;
-    fresh.mean.segment(state_scale, learned) = old.mean.segment(state_scale, learned);
-    for (int i = state_scale; i < old.size; ++i) {
-        fresh.covariance.row(i).head(old.size).setZero();
-        fresh.covariance.col(i).head(old.size).setZero();
-    }
-    fresh.covariance.block(state_scale, state_scale, learned, learned) = old.covariance.block(state_scale, state_scale, learned, learned);
-}
-
-/// Places become hypotheses; one without a yaw is tried in all directions where odometry could tell them apart.
-void add_places(Track& track, const std::vector<PlaceProposal>& places, double share, const TrackingModels& models) {
-    const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
-    double sum = 0;
-    for (const PlaceProposal& place : places) sum += place.weight;
-    const bool fresh = track.belief.hypotheses.empty();
-    const Belief* old = fresh ? nullptr : &track.belief.hypotheses.front().belief;
-    std::vector<Hypothesis> added;
-    for (const PlaceProposal& place : places) {
-        const int turns = !place.yaw_known && drives ? yaw_starts : 1;
-        for (int i = 0; i < turns; ++i) {
-            Belief belief = start_belief(place, track.robot, models);
-            if (turns > 1) {
-                const double step = 2 * std::numbers::pi / turns;
-                belief.mean[state_yaw] = i * step;
-                belief.covariance(state_yaw, state_yaw) = 0.25 * step * step;
-            }
-            if (old) keep_learned(belief, *old);
-            added.push_back({belief, std::log(place.weight / sum / turns), track.time});
-        }
-    }
-    for (Hypothesis& h : added) {
-        const bool known = std::any_of(track.belief.hypotheses.begin(), track.belief.hypotheses.end(),
-                                       [&](const Hypothesis& other) { return pose_distance(other.belief, h.belief) < 9; });
-        if (!fresh && known) continue;
-        h.log_weight += std::log(share);
-        if (track.belief.hypotheses.size() < most_hypotheses) track.belief.hypotheses.push_back(h);
-    }
-    settle(track.belief);
 }
 
 /// Log evidence of all hypotheses together, by their weights before.
@@ -240,43 +170,6 @@ void take_places(Track& track, const PlaceSighting& seen, const TrackingModels& 
 
 }  // namespace
 
-std::optional<LearnedError> learned_error(const SlowState& slow, const Track& track, const TrackingModels& models) {
-    constexpr int of_all = -1;
-    const bool detected = slow.source >= of_detector;
-    const DetectorSource detector = learned(models.detectors[static_cast<std::size_t>(track.robot)], track.noise);
-    const RangeSource receiver = learned(models.receiver(track.robot, detected ? 0 : slow.source), track.noise.receiver);
-    const StretchErrors& stretch = detected ? detector.stretch : receiver.stretch;
-    const double with_place = 1 / (detected ? detector.wander_way : receiver.wander_way);
-    switch (slow.kind) {
-        case SlowKind::range_bias:
-            if (slow.component == of_all) return LearnedError{detected ? detector.range_common : receiver.bias_sigma};
-            return LearnedError{detected ? detector.range_own : receiver.own_sigma};
-        case SlowKind::range_wander:
-            if (slow.component == of_all) return LearnedError{detected ? detector.range_sway : receiver.sway_sigma, with_place};
-            return LearnedError{detected ? detector.range_wander : receiver.wander_sigma, with_place};
-        case SlowKind::range_scale:
-            return LearnedError{stretch.scale};
-        case SlowKind::range_direction:
-            return LearnedError{stretch.direction};
-        case SlowKind::range_curve:
-            return LearnedError{stretch.curve};
-        case SlowKind::bearing_shape:
-            return LearnedError{detector.bearing_shape};
-        case SlowKind::bearing_bias:
-            return LearnedError{detector.bearing_common};
-        case SlowKind::bearing_wander:
-            return LearnedError{detector.bearing_sway, with_place};
-        default:
-            return std::nullopt;
-    }
-}
-
-std::string why_not_found(const Track& track, const TrackingModels& models) {
-    if (track.cloud.empty()) return "nothing was heard or seen of it";
-    const StartPlaces found = track.cloud.places(models.settings.start_patience);
-    return found.reason.empty() ? "it was found only at the very end" : found.reason;
-}
-
 SourceHealth& health_of(Track& track, int source) {
     for (SourceHealth& health : track.sources) {
         if (health.source == source) return health;
@@ -304,7 +197,11 @@ void note_absence(Track& track, const AbsenceObservation& observation, const Tra
     track.absent_at = track.time;
 }
 
-bool is_missing(const Track& track, const TrackerSettings& settings) { return track.absence < std::log(settings.surprise / (1 - settings.surprise)); }
+double probability_elsewhere(const Track& track, const TrackerSettings& settings) {
+    return settings.surprise / (settings.surprise + (1 - settings.surprise) * std::exp(track.absence));
+}
+
+bool is_missing(const Track& track, const TrackerSettings& settings) { return probability_elsewhere(track, settings) > 0.5; }
 
 void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
     if (time <= track.time) return;
@@ -337,33 +234,6 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
         track.time = piece.end;
     }
     if (several) settle(track.belief);
-}
-
-void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models) {
-    track.belief.hypotheses.clear();
-    track.time = track.born = track.seen = time;
-    track.absence = 0;
-    track.sightings = 1;
-    track.budget = most_budget;
-    track.cloud = {};
-    track.doubt.setZero();
-    add_places(track, places, 1, models);
-}
-
-void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places) {
-    places.clear();
-    const bool yaw_known = observation.yaw_known && observation.covariance(2, 2) < vague_yaw * vague_yaw;
-    const int turns = yaw_known ? std::max(observation.like_turns, 1) : 1;
-    for (int i = 0; i < turns; ++i) {
-        const double yaw = wrap_angle(observation.pose.yaw + 2 * std::numbers::pi * i / turns);
-        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, yaw_known, 1, observation.late});
-    }
-}
-
-std::vector<PlaceProposal> places_of(const PoseObservation& observation) {
-    std::vector<PlaceProposal> places;
-    list_places(observation, places);
-    return places;
 }
 
 /// A body that looks the same from several sides, and drives another way than it faces: perhaps it faces that way.
@@ -421,118 +291,6 @@ double take_pose(Track& track, const PoseObservation& observation, int source, c
     });
 }
 
-/// Noise of the robot's senses as the search for its place found it: larger than stated, and partly the same for all.
-void expect_errors(RangeErrors& errors, double found, double stated) {
-    constexpr double much = 1.5;  // times what is stated: less is chance
-    if (found < much * stated) return;
-    errors.factor = std::max(errors.factor, found / stated);
-    errors.common = std::max(errors.common, found);
-    errors.own = std::max(errors.own, 0.5 * found);
-    errors.wander = std::max(errors.wander, 0.5 * found);
-}
-
-/// Did the robot's own senses find it, and not a camera? Only then they are doubted and may look for it again.
-bool found_by_senses(const Track& track) { return track.seeks && track.searched != never; }
-
-/// How its wheels err as far as that has been learned.
-WheelErrors wheels_of(const Track& track) {
-    const Belief& best = track.belief.best();
-    const bool learned = best.covariance(state_turn_scale, state_turn_scale) < well_known * well_known;
-    return {best.mean[state_scale], best.mean[state_turn_scale], best.mean[state_drift], track.noise.delay, learned};
-}
-
-bool sees_depths(const Track& track) { return track.noise.receiver.stretch.depth > 0 || track.noise.detector.stretch.depth > 0; }
-
-void doubt_wheels(OdometryPrior& wheels) {
-    wheels.scale_sigma = std::max(wheels.scale_sigma, unknown_scale);
-    wheels.turn_scale_sigma = std::max(wheels.turn_scale_sigma, unknown_scale);
-}
-
-void doubt_wheels(Track& track) {
-    for (Hypothesis& h : track.belief.hypotheses) {
-        for (const int state : {state_scale, state_turn_scale}) {
-            double& variance = h.belief.covariance(state, state);
-            variance = std::max(variance, unknown_scale * unknown_scale);
-        }
-    }
-}
-
-/// Starts a track where its own senses put it. `depth`: its ranges are depths.
-void start_by_senses(Track& track, const std::vector<PlaceProposal>& places, bool depth, Nanoseconds time, const TrackingModels& models) {
-    start(track, places, time, models);
-    track.noise.receiver.stretch.depth = track.noise.detector.stretch.depth = depth ? 1 : 0;
-    doubt_wheels(track);
-}
-
-Track started_elsewhere(const Track& track, const PlaceProposal& place, bool depth, const TrackingModels& models) {
-    Track other = track;
-    start_by_senses(other, {place}, depth, track.time, models);
-    return other;
-}
-
-/// What its senses say cannot be, by what was believed: it is known less well than that. Its wheels slipped, most often.
-void widen(Track& track) {
-    constexpr double wider = 9;                                          // times the variances
-    const Eigen::Vector3d least(0.05 * 0.05, 0.05 * 0.05, 0.05 * 0.05);  // m^2, m^2, rad^2
-    for (Hypothesis& h : track.belief.hypotheses) {
-        auto pose = h.belief.covariance.topLeftCorner<3, 3>();
-        pose *= wider;
-        pose.diagonal() += least;
-    }
-}
-
-/// Its senses contradict where it should be: it may have slipped, or perhaps they put it elsewhere.
-void find_again(Track& track, const TrackingModels& models) {
-    if (!models.settings.learns || !found_by_senses(track) || to_seconds(track.time - track.searched) < search_again || track.heard.size() < enough_heard)
-        return;
-    track.searched = track.time;
-    track.agreement = 1;
-    widen(track);
-    StartCloud cloud(wheels_of(track), sees_depths(track));
-    for (const Heard& heard : track.heard) cloud.take(heard, track.robot, models);
-    const StartPlaces found = cloud.places(0);
-    if (!found.places.empty()) add_places(track, found.places, models.settings.kidnapping, models);
-}
-
-double distance_of(const RangeObservation& o) { return o.range; }
-double distance_of(const RangeDifferenceObservation& o) { return std::abs(o.difference); }
-double distance_of(const SightingObservation& o) { return o.range.value_or(2); }
-
-/// Landmarks whose names are not told look alike in many places: until these have been compared (noise_learner.hpp), none of them is a fix.
-Eigen::Matrix3d anywhere_in(const Site& site) {
-    return Eigen::Vector3d(std::pow(3 * site.lost, 2), std::pow(3 * site.lost, 2), unknown_yaw_variance).asDiagonal();
-}
-
-/// Keeps what a robot heard. False where it is not to be taken in: nobody knows yet where the robot is. As soon as that can be told the track starts there.
-template <class Observation>
-bool hear(Track& track, const Observation& o, const TrackingModels& models) {
-    const std::size_t most = track.alive() ? kept_heard : kept_before_start;
-    if (track.heard.size() >= most) track.heard.erase(track.heard.begin(), track.heard.end() - static_cast<std::ptrdiff_t>(most / 2));
-    track.heard.push_back(o);
-    if (track.alive()) {
-        const bool drives = !models.driven[static_cast<std::size_t>(track.robot)].empty();
-        if (found_by_senses(track)) split_vague(track.belief, widest_place(distance_of(o)), drives ? widest_front : unknown_yaw_variance);
-        return true;
-    }
-    track.cloud.take(o, track.robot, models);
-    const StartPlaces found = track.cloud.places(models.settings.start_patience);
-    if (found.places.empty()) return false;
-    start_by_senses(track, found.places, found.depth, o.time, models);
-    track.noise.way = track.noise.turn = models.settings.unknown_wheels;
-    if constexpr (std::is_same_v<Observation, SightingObservation>) {
-        if (o.range) expect_errors(track.noise.detector, found.error, o.range_sigma);
-        if (o.range) track.noise.detector.sway = o.range_sigma;
-        if (o.bearing) track.noise.bearing_sway = o.bearing_sigma;
-        if (o.landmark < 0) track.doubt = anywhere_in(models.site);
-    } else {
-        track.noise.receiver.wander = o.sigma;
-        expect_errors(track.noise.receiver, found.error, o.sigma);
-    }
-    track.agreement = 1;
-    track.searched = o.time;
-    return false;
-}
-
 /// Is a sighting that names places to be the track's start? At first, after so long unseen that what is believed says nothing, and where it is not seen
 /// although it should be.
 bool begins(const Track& track, const TrackingModels& models) {
@@ -553,8 +311,7 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
         const double evidence = take_with(track, event.source, {}, models, update_one, &right);
         track.evidence += evidence;
         ++track.weighed;
-        track.agreement += (right - track.agreement) / memory_of_agreement;
-        if (track.agreement < disagreement) find_again(track, models);
+        note_agreement(track, right, models);
         return evidence;
     };
     struct Visitor {

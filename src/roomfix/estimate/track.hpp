@@ -78,48 +78,25 @@ struct PossibleName {
     Track track;
     double evidence = 0;    // nats for this name against no name
     Nanoseconds since = 0;  // its wheels count from here on
+    double way = 0;         // m by which they have moved it
 };
 
 /// Cameras see where it should be, but not the robot.
 void note_absence(Track& track, const AbsenceObservation& observation, const TrackerSettings& settings);
 
-/// Is it likelier elsewhere than where it should be, since cameras do not see it there? The next sighting starts it anew.
+/// Probability that it is elsewhere than where it should be, since cameras do not see it there.
+double probability_elsewhere(const Track& track, const TrackerSettings& settings);
+
+/// Is it likelier elsewhere? The next sighting starts it anew.
 bool is_missing(const Track& track, const TrackerSettings& settings);
 
 /// Moves a track to a time, by odometry where there is any. Not into the past.
 void predict(Track& track, Nanoseconds time, const TrackingModels& models);
 
-/// Starts a track, or starts it anew, at one of several places.
-void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models);
-
-/// Nobody vouches for the wheels of a robot that its own senses found: both scales may be off a lot.
-void doubt_wheels(OdometryPrior& wheels);
-
-/// Are the ranges of its own senses depths, by what was learned?
-bool sees_depths(const Track& track);
-
-/// The track as it would be had its senses put it elsewhere when it was started. `depth`: its ranges are depths.
-Track started_elsewhere(const Track& track, const PlaceProposal& place, bool depth, const TrackingModels& models);
-
-/// The places that a sighting allows: all poses that look alike.
-void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places);
-std::vector<PlaceProposal> places_of(const PoseObservation& observation);
-
 /// Takes an observation of the track's own robot; the track is at its time. Returns the log evidence, 0 where it starts the track.
 double take(Track& track, const Event& event, const TrackingModels& models);
 /// The same for one robot of a frame. `certain`: that it is this one has been settled elsewhere.
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain = false);
-
-/// How a slow error of the robot's own senses is distributed by what was learned, and how fast it changes along the way.
-struct LearnedError {
-    double sigma = 0;      // of its value when nothing is known
-    double per_metre = 0;  // 1/m
-};
-/// Nothing if it is no such error.
-std::optional<LearnedError> learned_error(const SlowState& slow, const Track& track, const TrackingModels& models);
-
-/// Why a robot that was heard has not been found yet, in words.
-std::string why_not_found(const Track& track, const TrackingModels& models);
 
 /// Health of a source within a track, added if it is not there.
 SourceHealth& health_of(Track& track, int source);

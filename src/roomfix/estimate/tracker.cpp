@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/estimate/own_senses.hpp"
 
 namespace roomfix {
 namespace {

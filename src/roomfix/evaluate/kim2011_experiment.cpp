@@ -41,9 +41,9 @@ public:
         const double light = light_at(0.2 * static_cast<double>(taken_), 3);
         renderer_.render(scenario_.ceiling, map_from_robot(truth) * camera_.truth.robot_from_camera.pose, light, taken_++, sample.frame);
         RangeReader reader(scenario_.site, 0);
-        const Eigen::Vector3d ear = map_from_robot(truth) * scenario_.site.robots[0].receiver()->position;
+        const Eigen::Vector3d receiver = map_from_robot(truth) * scenario_.site.robots[0].receiver()->position;
         for (const SiteBeacon& beacon : scenario_.site.beacons) {
-            const auto message = hear(scenario_.ranges, (beacon.position - ear).norm(), random_);
+            const auto message = hear(scenario_.ranges, (beacon.position - receiver).norm(), random_);
             if (!message) continue;
             if (beacon.id == scenario_.site.landmarks[0].beacon) sample.rounded_distance = message->distance;
             reader.feed(cricket_line(beacon.id, *message, static_cast<long>(taken_)) + "\r\n", static_cast<Nanoseconds>(taken_) * 200'000'000, sample.heard);

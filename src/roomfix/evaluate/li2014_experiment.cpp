@@ -17,36 +17,36 @@ constexpr int background_frames = 40;
 constexpr int published_background_frames = 150;  // section 4.2
 
 /// A camera with its backgrounds learned, ready for test points.
-struct Station {
+struct SimulatedCamera {
     CameraRenderer renderer;
     OverheadObserver observer;
     std::optional<Li2014> published;
 };
 
-Result<Station> make_station(const Scenario& scenario, std::size_t index, const Scene& scene, std::uint64_t seed, bool with_published) {
+Result<SimulatedCamera> simulate_camera(const Scenario& scenario, std::size_t index, const Scene& scene, std::uint64_t seed, bool with_published) {
     const ScenarioCamera& camera = scenario.cameras[index];
     const auto view = fixed_view(scenario.site.cameras[index]);
     if (!view) return view.error();
-    Station station{CameraRenderer(scene, camera.truth, camera.sensor, seed * 31 + index), OverheadObserver(*view, scenario.site.robots), {}};
+    SimulatedCamera simulated{CameraRenderer(scene, camera.truth, camera.sensor, seed * 31 + index), OverheadObserver(*view, scenario.site.robots), {}};
     Random random(seed * 977 + index);
     BackgroundLearner learner;
     std::vector<LumaImage> frames;
     const int count = with_published ? published_background_frames : background_frames;
     for (int i = 0; i < count; ++i) {
         LumaImage frame;
-        station.renderer.render({}, light_at(0.1 * i, seed + index), 1'000'000 + static_cast<std::uint64_t>(i), frame);
+        simulated.renderer.render({}, light_at(0.1 * i, seed + index), 1'000'000 + static_cast<std::uint64_t>(i), frame);
         if (i < background_frames) learner.add(frame);
         if (with_published) frames.push_back(std::move(frame));
     }
-    station.observer.set_background(learner.learn());
+    simulated.observer.set_background(learner.learn());
     if (with_published) {
         const auto rectangle = li2014_rectangle(camera, 0.5, random);
         auto published = Li2014::set_up(view->model, rectangle, li2014_aisle_ahead(camera.truth));
         if (!published) return published.error();
         published->set_background(frames);
-        station.published = std::move(*published);
+        simulated.published = std::move(*published);
     }
-    return station;
+    return simulated;
 }
 
 /// The scenario with cameras that their user calibrated.
@@ -166,7 +166,7 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
         const Scenario& scenario = *calibrated;
         Random random(seed * 7919 + 5);
         const ShapePoints shape = shape_points(scenario.robots[0].robot.shape, scenario.robots[0].robot.size_sigma);
-        std::optional<Station> station;
+        std::optional<SimulatedCamera> simulated;
         int station_camera = -1;
         OverheadResult seen;
         LumaImage frame;
@@ -181,14 +181,14 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
                     if (options.hidden > 0) {
                         scene.furniture.push_back(occluder_for(scene, camera.truth, solids, trial.truth, options.hidden, random.index(3)));
                     }
-                    auto made = make_station(scenario, index, scene, seed, options.published && options.hidden == 0);
+                    auto made = simulate_camera(scenario, index, scene, seed, options.published && options.hidden == 0);
                     if (!made) return made.error();
-                    station = std::move(*made);
+                    simulated = std::move(*made);
                     station_camera = points[p].camera;
                 }
                 const double light = options.light * light_at(30 + 3.0 * static_cast<double>(report.trials.size()), seed);
-                station->renderer.render(solids, light, report.trials.size(), frame);
-                station->observer.observe(frame, seen);
+                simulated->renderer.render(solids, light, report.trials.size(), frame);
+                simulated->observer.observe(frame, seen);
                 if (!seen.observations.empty()) {
                     trial.ours = seen.observations[0].pose;
                     trial.covariance = seen.observations[0].covariance;
@@ -196,11 +196,11 @@ Result<Li2014Report> run_li2014(const Li2014Options& options, const std::functio
                 } else {
                     trial.reason = seen.reason;
                 }
-                if (station->published) trial.published = station->published->locate(frame);
+                if (simulated->published) trial.published = simulated->published->locate(frame);
                 View true_view = camera.truth;
-                true_view.calibration = station->observer.view().calibration;
-                true_view.intrinsics_uncertain = station->observer.view().intrinsics_uncertain;
-                const auto bound = outline_bound(frame, station->observer.background().mean(), true_view, shape, trial.truth, camera.sensor);
+                true_view.calibration = simulated->observer.view().calibration;
+                true_view.intrinsics_uncertain = simulated->observer.view().intrinsics_uncertain;
+                const auto bound = outline_bound(frame, simulated->observer.background().mean(), true_view, shape, trial.truth, camera.sensor);
                 trial.bound = position_sigma(bound.with_calibration);
                 trial.bound_pixels = position_sigma(bound.pixels);
                 report.trials.push_back(trial);

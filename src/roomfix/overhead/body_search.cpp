@@ -54,11 +54,16 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& by) { return {pose.x + by.
 
 }  // namespace
 
+/// Of a body in the picture of one of the cameras.
+static double samples_at_most(std::span<const SeenBy> cameras, const BodySearchSettings& settings) {
+    return cameras.size() > 1 ? settings.samples_together : 1e9;
+}
+
 /// `near`: of each camera; null: the pose is like no other.
 static double sum_of_scores(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, const BodySearchSettings& settings, PlaceMemory& memory,
                             bool coarse, const NearBody* near) {
     double sum = 0;
-    const double most_samples = cameras.size() > 1 ? settings.samples_together : 1e9;
+    const double most_samples = samples_at_most(cameras, settings);
     for (std::size_t c = 0; c < cameras.size(); ++c) {
         const NearBody* own = near ? near + c : nullptr;
         sum += score_place(cameras[c], body, pose, settings.score, memory, coarse, most_samples, own).log_ratio;
@@ -77,6 +82,16 @@ double BodySearch::score(std::span<const SeenBy> cameras, const Body& body, cons
     return sum_of_scores(cameras, body, pose, settings_, memory_, coarse, nullptr);
 }
 
+double BodySearch::absence(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
+    double sum = 0;
+    const double most_samples = samples_at_most(cameras, settings_);
+    for (const SeenBy& camera : cameras) {
+        const PlaceScore here = score_place(camera, body, pose, settings_.score, memory_, false, most_samples);
+        if (here.in_picture) sum += std::max(here.log_ratio, std::log(std::max(here.silent, settings_.score.hidden)));
+    }
+    return std::min(sum, 0.0);
+}
+
 /// Along the ray of one camera alone a body has nearly one shape: there its score tells where it stands. So does a look.
 static bool placed_by_shape(std::span<const SeenBy> cameras, const Body& body) { return cameras.size() > 1 && !body.placed_by_look(); }
 
@@ -85,7 +100,7 @@ double BodySearch::odds(std::span<const SeenBy> cameras, const Body& body, const
 }
 
 double BodySearch::odds_of_shape(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose) {
-    const double most_samples = cameras.size() > 1 ? settings_.samples_together : 1e9;
+    const double most_samples = samples_at_most(cameras, settings_);
     double sum = 0;
     for (const SeenBy& camera : cameras) {
         const double against_nothing = score_place(camera, body, pose, settings_.score, memory_, false, most_samples).log_ratio;

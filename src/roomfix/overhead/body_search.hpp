@@ -76,6 +76,9 @@ public:
 
     /// Score of one pose in all cameras together, nats.
     double score(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose, bool coarse = false);
+    /// Nats, at most 0, for a body's being at a pose where its score speaks against it. Of a body that is partly hidden by something known the rest may be
+    /// hidden, too, with a probability as large as that part: outlines are known no better.
+    double absence(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);
     /// Fills the candidates' odds.
     void weigh(std::span<const SeenBy> cameras, const Body& body, std::vector<BodyCandidate>& candidates);
     double odds(std::span<const SeenBy> cameras, const Body& body, const Pose2& pose);

@@ -157,6 +157,7 @@ PlaceScore score_place(const SeenBy& camera, const Body& body, const Pose2& pose
     const SampleCount all = samples_of(inside, pixels_per_sample);
     const auto [middle, rim] = inside_samples(core, inside, pixels_per_sample);
     score.samples = all.n;
+    score.silent = std::clamp(1 - all.n * pixels_per_sample / mask.whole, 0.0, 1.0);
     score.filled = all.n > 0 ? all.k / all.n : 0;
     score.around = clutter_around(evidence, mask, inside, settings);
     double clutter = score.around;

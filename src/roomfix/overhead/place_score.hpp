@@ -64,6 +64,7 @@ struct PlaceScore {
     double filled = 0;     // part of them that differ from the background
     double around = 0;     // part of the pixels around that do
     double body_like = 0;  // nats, at most 0: how much less differs than where a body usually stands. Of bodies with edges
+    double silent = 1;     // part of the body that says nothing: outside the picture, behind a wall, or behind what was taken away before
     bool in_picture = false;
 };
 

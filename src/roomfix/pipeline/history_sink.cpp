@@ -116,7 +116,7 @@ void HistorySink::note(const Result<void>& result) {
         state_.ok = static_cast<bool>(result);
         state_.message = result ? "" : result.error().message;
     }
-    if (!told.empty() && settings_.tell) settings_.tell(told);
+    if (!told.empty() && settings_.on_trouble) settings_.on_trouble(told);
 }
 
 SinkState HistorySink::state() const {
@@ -145,11 +145,11 @@ Result<void> HistorySink::finish() {
                              end.ok ? "" : ": " + end.message)};
 }
 
-Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::function<void(const std::string&)>& tell) {
+Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::function<void(const std::string&)>& on_trouble) {
     const HistoryOutput& output = *site.outputs.history;
     auto store = FixStore::open(resolved_path(site, output.database), site.name, system_now());
     if (!store) return store.error();
-    return std::make_unique<HistorySink>(std::move(*store), HistorySettings{.days = output.days, .tell = tell});
+    return std::make_unique<HistorySink>(std::move(*store), HistorySettings{.days = output.days, .on_trouble = on_trouble});
 }
 
 Result<HistoryAnswerers> history_answerers(const Site& site) {

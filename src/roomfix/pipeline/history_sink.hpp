@@ -19,10 +19,10 @@
 namespace roomfix {
 
 struct HistorySettings {
-    double days = 30;                              // fixes older than this, by the newest one's time, are deleted
-    double interval = 1;                           // s between transactions
-    std::size_t most_waiting = 50000;              // fixes, and events of zones, that wait for a database that is gone; beyond that the oldest are lost
-    std::function<void(const std::string&)> tell;  // a sentence when the database vanishes or comes back; from the sink's thread
+    double days = 30;                                    // fixes older than this, by the newest one's time, are deleted
+    double interval = 1;                                 // s between transactions
+    std::size_t most_waiting = 50000;                    // fixes, and events of zones, that wait for a database that is gone; beyond that the oldest are lost
+    std::function<void(const std::string&)> on_trouble;  // a sentence when the database vanishes or comes back; from the sink's thread
 };
 
 struct HistoryState {
@@ -80,7 +80,7 @@ private:
 };
 
 /// The history that the site asks for, as a sink. An error if the program cannot use such a database at all; one that is gone for now is none.
-Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::function<void(const std::string&)>& tell);
+Result<std::unique_ptr<HistorySink>> open_history(const Site& site, const std::function<void(const std::string&)>& on_trouble);
 /// Answers of the same history for the page, one question after the other; over a connection of their own.
 struct HistoryAnswerers {
     WebAnswerer fixes, zone_events;

@@ -70,9 +70,9 @@ void widen(const std::vector<T>& all, Nanoseconds& first, Nanoseconds& last) {
     last = std::max(last, all.back().time);
 }
 
-/// One after the other in the order of their times; `tell` gets each.
-template <class Tell>
-void in_order(const Senses& senses, Tell& tell) {
+/// One after the other in the order of their times; `visit` gets each.
+template <class Visit>
+void in_order(const Senses& senses, Visit& visit) {
     constexpr Nanoseconds ended = std::numeric_limits<Nanoseconds>::max();
     std::size_t odometry = 0, range = 0, difference = 0, sighting = 0;
     const auto time_of = [&](const auto& all, std::size_t i) { return i < all.size() ? all[i].time : ended; };
@@ -82,19 +82,19 @@ void in_order(const Senses& senses, Tell& tell) {
         const Nanoseconds next = *std::min_element(std::begin(times), std::end(times));
         if (next == ended) return;
         if (times[0] == next) {
-            tell(senses.odometry[odometry++]);
+            visit(senses.odometry[odometry++]);
         } else if (times[1] == next) {
-            tell(senses.ranges[range++]);
+            visit(senses.ranges[range++]);
         } else if (times[2] == next) {
-            tell(senses.differences[difference++]);
+            visit(senses.differences[difference++]);
         } else {
-            tell(senses.sightings[sighting++]);
+            visit(senses.sightings[sighting++]);
         }
     }
 }
 
-/// Tells a tracker what a robot sensed, and keeps what it made of it.
-struct Teller {
+/// Gives a tracker what a robot sensed, and keeps what it made of it.
+struct TrackerFeed {
     Tracker& tracker;
     int robot;
     Examination& result;
@@ -134,16 +134,16 @@ Examination examine(const Site& site, int robot, const Senses& senses) {
     settings.learns = false;
     Tracker tracker(site, settings);
     Examination result;
-    Teller teller{tracker, robot, result};
-    in_order(senses, teller);
+    TrackerFeed feed{tracker, robot, result};
+    in_order(senses, feed);
     const Track* track = tracker.track(robot);
-    if (track == nullptr || teller.readings == 0) {
-        result.log_density = teller.untold;
+    if (track == nullptr || feed.readings == 0) {
+        result.log_density = feed.untold;
         return result;
     }
     // What came before it was found counts as if nothing had been known.
-    const double each = teller.untold / static_cast<double>(teller.readings);
-    result.log_density = track->evidence + each * static_cast<double>(teller.readings - track->weighed);
+    const double each = feed.untold / static_cast<double>(feed.readings);
+    result.log_density = track->evidence + each * static_cast<double>(feed.readings - track->weighed);
     return result;
 }
 

@@ -62,7 +62,7 @@ bool MqttSink::is_due(Nanoseconds time, Nanoseconds& last) const {
     return true;
 }
 
-void MqttSink::tell(const Fix& fix, const FixBatch& batch) {
+void MqttSink::publish(const Fix& fix, const FixBatch& batch) {
     const std::string base = topics_ + "/" + topic_word(fix.robot);
     if (!last_.contains(fix.robot)) introduce(fix.robot);
     client_->retain(base + "/status", fix.status == FixStatus::none ? "offline" : "online");
@@ -89,7 +89,7 @@ Result<void> MqttSink::give(const FixBatch& batch) {
     for (const Fix& fix : batch.given) {
         if (fix.robot.empty()) continue;
         if (!fix.unknown) {
-            tell(fix, batch);
+            publish(fix, batch);
         } else if (fix.status != FixStatus::none && is_due(fix.time, last_unknown_[fix.robot])) {
             client_->publish(topics_ + "/unknown/" + topic_word(fix.robot) + "/pose", pose_payload(fix));
         }

@@ -28,7 +28,7 @@ public:
 private:
     MqttSink(const Site& site, const MqttOutput& output);
     void introduce(const std::string& robot);
-    void tell(const Fix& fix, const FixBatch& batch);
+    void publish(const Fix& fix, const FixBatch& batch);
     bool is_due(Nanoseconds time, Nanoseconds& last) const;
     void forget_gone(const FixBatch& batch);
 

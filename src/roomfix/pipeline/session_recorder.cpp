@@ -181,7 +181,7 @@ void SessionRecorder::note(const Result<void>& result, long lost) {
             told = fmt::format("recording goes on: {} frames, readings and fixes are missing", state_.lost);
         }
     }
-    if (!told.empty() && settings_.tell) settings_.tell(told);
+    if (!told.empty() && settings_.on_trouble) settings_.on_trouble(told);
 }
 
 RecordingState SessionRecorder::state() const {

@@ -22,8 +22,8 @@ namespace roomfix {
 struct RecorderSettings {
     std::filesystem::path folder;
     RecordingLimits limits;
-    bool wait = false;                             // nothing may be lost: who gives more than can be written waits
-    std::function<void(const std::string&)> tell;  // a sentence when recording fails or goes on again; from any thread
+    bool wait = false;                                   // nothing may be lost: who gives more than can be written waits
+    std::function<void(const std::string&)> on_trouble;  // a sentence when recording fails or goes on again; from any thread
 };
 
 struct RecordingState {

@@ -45,7 +45,7 @@ public:
     void look_at_files() const;
 
 private:
-    void tell(Kind kind, const std::string& what, const std::string& text) const { found_({kind, what, text}); }
+    void report(Kind kind, const std::string& what, const std::string& text) const { found_({kind, what, text}); }
     void look_at_camera(const SiteCamera& camera) const;
     void look_at_sense(const std::string& what, const std::string& source) const;
     void look_at_ros_topic(const std::string& what, const std::string& source) const;
@@ -60,12 +60,12 @@ private:
 void Doctor::look_at_clock() const {
     timex clock = {};
     const int state = adjtimex(&clock);
-    if (state < 0) return tell(Kind::note, "clock", "whether it follows another clock cannot be told here");
+    if (state < 0) return report(Kind::note, "clock", "whether it follows another clock cannot be told here");
     if (state == TIME_ERROR || (clock.status & STA_UNSYNC) != 0) {
-        return tell(Kind::note, "clock",
-                    "follows no other clock: times of cameras and robots that have clocks of their own may differ from it; install chrony");
+        return report(Kind::note, "clock",
+                      "follows no other clock: times of cameras and robots that have clocks of their own may differ from it; install chrony");
     }
-    tell(Kind::fine, "clock", fmt::format("follows another clock, to {:.1f} ms by its own estimate", 1e-3 * static_cast<double>(clock.esterror)));
+    report(Kind::fine, "clock", fmt::format("follows another clock, to {:.1f} ms by its own estimate", 1e-3 * static_cast<double>(clock.esterror)));
 }
 
 /// Of a recording its first picture.
@@ -79,12 +79,12 @@ Result<CameraProbe> look_through(const std::string& source) {
 void Doctor::look_at_camera(const SiteCamera& camera) const {
     const std::string what = "camera " + camera.id;
     const auto probe = look_through(resolved_path(site_, camera.source));
-    if (!probe) return tell(Kind::problem, what, probe.error().message);
+    if (!probe) return report(Kind::problem, what, probe.error().message);
     const LumaView picture = probe->picture.image.view();
     if (picture.width != camera.model.width || picture.height != camera.model.height) {
-        return tell(Kind::problem, what,
-                    fmt::format("gives pictures of {} x {}, but 'size' says {} x {}: set the camera to the size that its lens was measured with", picture.width,
-                                picture.height, camera.model.width, camera.model.height));
+        return report(Kind::problem, what,
+                      fmt::format("gives pictures of {} x {}, but 'size' says {} x {}: set the camera to the size that its lens was measured with",
+                                  picture.width, picture.height, camera.model.width, camera.model.height));
     }
     double sum = 0;
     for (int y = 0; y < picture.height; ++y) {
@@ -95,43 +95,43 @@ void Doctor::look_at_camera(const SiteCamera& camera) const {
     if (probe->rate > 0) said += fmt::format(", {:.1f} pictures per second", probe->rate);
     if (!probe->note.empty()) said += "; " + probe->note;
     if (level < dark || level > bright) {
-        return tell(Kind::note, what, said + fmt::format("; the picture is {}: is a lid on it, or the exposure fixed?", level < dark ? "black" : "white"));
+        return report(Kind::note, what, said + fmt::format("; the picture is {}: is a lid on it, or the exposure fixed?", level < dark ? "black" : "white"));
     }
-    tell(Kind::fine, what, said);
+    report(Kind::fine, what, said);
 }
 
 void Doctor::look_at_cameras() const {
-    if (site_.cameras.empty()) tell(Kind::note, "cameras", "there are none");
+    if (site_.cameras.empty()) report(Kind::note, "cameras", "there are none");
     for (const SiteCamera& camera : site_.cameras) look_at_camera(camera);
 }
 
 /// Whoever publishes it has a moment to be found.
 void Doctor::look_at_ros_topic(const std::string& what, const std::string& source) const {
     const auto senses = Ros2Senses::open(site_);
-    if (!senses) return tell(Kind::problem, what, senses.error().message);
+    if (!senses) return report(Kind::problem, what, senses.error().message);
     std::string told;
     for (const double end = steady_now() + ros_patience; steady_now() < end;) {
         for (const Ros2Senses::Heard& heard : (*senses)->read(0.1)) {
             if (heard.source != source) continue;
-            if (!heard.reports.poses.empty()) return tell(Kind::fine, what, source + " reports: " + heard.told);
+            if (!heard.reports.poses.empty()) return report(Kind::fine, what, source + " reports: " + heard.told);
             told = heard.told;
         }
     }
-    tell(Kind::problem, what, source + ": " + told);
+    report(Kind::problem, what, source + ": " + told);
 }
 
 void Doctor::look_at_sense(const std::string& what, const std::string& source) const {
     if (is_ros_topic(source)) return look_at_ros_topic(what, source);
     if (is_serial_line(source)) {
         const auto line = SerialLine::open(source);
-        if (!line) return tell(Kind::problem, what, line.error().message);
+        if (!line) return report(Kind::problem, what, line.error().message);
     } else if (is_udp_address(source)) {
         const auto port = UdpPort::open(source);
-        if (!port) return tell(Kind::problem, what, port.error().message);
+        if (!port) return report(Kind::problem, what, port.error().message);
     } else if (std::error_code failure; !is_mqtt_topic(source) && !fs::exists(resolved_path(site_, source), failure)) {
-        return tell(Kind::problem, what, resolved_path(site_, source) + ": does not exist: check 'source' in the site file");
+        return report(Kind::problem, what, resolved_path(site_, source) + ": does not exist: check 'source' in the site file");
     }
-    tell(Kind::fine, what, source + " can be read");
+    report(Kind::fine, what, source + " can be read");
 }
 
 void Doctor::look_at_senses() const {
@@ -152,7 +152,7 @@ void Doctor::look_at_secret(const std::string& what, const std::optional<Secret>
     const std::string file = resolved_path(site_, secret->file);
     struct stat about = {};
     if (::stat(file.c_str(), &about) == 0 && (about.st_mode & (S_IROTH | S_IWOTH)) != 0) {
-        tell(Kind::note, what, fmt::format("{} can be read by everybody on this machine: chmod o-rw it", file));
+        report(Kind::note, what, fmt::format("{} can be read by everybody on this machine: chmod o-rw it", file));
     }
 }
 
@@ -166,9 +166,9 @@ void Doctor::look_at_servers() const {
         const auto access = web_access(*output, site_, name);
         const auto started = access ? server.start(*access) : Result<void>(access.error());
         if (!started) {
-            tell(Kind::problem, name, started.error().message);
+            report(Kind::problem, name, started.error().message);
         } else {
-            tell(Kind::fine, name, fmt::format("can be served at {}:{}", output->host, server.port()));
+            report(Kind::fine, name, fmt::format("can be served at {}:{}", output->host, server.port()));
         }
     }
 }
@@ -179,12 +179,12 @@ void Doctor::look_at_broker() const {
     look_at_secret(what, site_.outputs.mqtt->password);
     auto connection = mqtt_connection(site_, *site_.outputs.mqtt);
     auto client = connection ? MqttClient::start(*connection) : Result<std::unique_ptr<MqttClient>>(connection.error());
-    if (!client) return tell(Kind::problem, what, client.error().message);
-    if ((*client)->wait_until_connected(broker_patience)) return tell(Kind::fine, what, "the broker takes the connection");
+    if (!client) return report(Kind::problem, what, client.error().message);
+    if ((*client)->wait_until_connected(broker_patience)) return report(Kind::fine, what, "the broker takes the connection");
     const std::string problem = (*client)->state().problem;
-    tell(Kind::problem, what,
-         problem.empty() ? fmt::format("no answer within {} s: is the broker running, and does a firewall let this machine through?", broker_patience)
-                         : problem);
+    report(Kind::problem, what,
+           problem.empty() ? fmt::format("no answer within {} s: is the broker running, and does a firewall let this machine through?", broker_patience)
+                           : problem);
 }
 
 void Doctor::look_at_history() const {
@@ -196,26 +196,26 @@ void Doctor::look_at_history() const {
     FixQuery one;
     one.limit = 1;
     const auto found = store ? (*store)->find(one) : Result<std::vector<Fix>>(store.error());
-    if (!found) return tell(Kind::problem, "history", found.error().message);
-    tell(Kind::fine, "history", server ? "the database answers" : database + " can be used");
+    if (!found) return report(Kind::problem, "history", found.error().message);
+    report(Kind::fine, "history", server ? "the database answers" : database + " can be used");
     if (!server) look_at_folder("history", fs::path(database).parent_path());
 }
 
 void Doctor::look_at_folder(const std::string& what, const fs::path& folder) const {
     std::error_code failure;
-    if (!fs::is_directory(folder, failure)) return tell(Kind::problem, what, folder.string() + ": this folder does not exist: make it");
+    if (!fs::is_directory(folder, failure)) return report(Kind::problem, what, folder.string() + ": this folder does not exist: make it");
     if (::access(folder.c_str(), W_OK) != 0)
-        return tell(Kind::problem, what, folder.string() + ": this folder cannot be written to: give it to the user that runs roomfix");
+        return report(Kind::problem, what, folder.string() + ": this folder cannot be written to: give it to the user that runs roomfix");
     const fs::space_info space = fs::space(folder, failure);
     if (!failure && space.available < little_space) {
-        tell(Kind::note, what, fmt::format("{}: {:.1f} GB are free: that may not last", folder.string(), 1e-9 * static_cast<double>(space.available)));
+        report(Kind::note, what, fmt::format("{}: {:.1f} GB are free: that may not last", folder.string(), 1e-9 * static_cast<double>(space.available)));
     }
 }
 
 void Doctor::look_at_files() const {
     if (site_.plan) {
         const auto plan = load_plan_picture(site_, *site_.plan);
-        if (!plan) tell(Kind::problem, "plan", plan.error().message);
+        if (!plan) report(Kind::problem, "plan", plan.error().message);
     }
     const auto folder_of = [&](const std::string& file) { return fs::path(resolved_path(site_, file)).parent_path(); };
     if (!site_.outputs.jsonl.empty()) look_at_folder("fixes", folder_of(site_.outputs.jsonl));

@@ -7,6 +7,6 @@ namespace roomfix {
 
 /// All of `outputs` but the page and the file of fixes. An error where one's settings cannot work. `overflow`: where they cannot keep up. `tell` gets
 /// sentences about peers that vanish and come back, from other threads.
-Result<void> add_site_sinks(SourceRunner& runner, SiteTracker& tracker, Overflow overflow, const std::function<void(const std::string&)>& tell);
+Result<void> add_site_sinks(SourceRunner& runner, SiteTracker& tracker, Overflow overflow, const std::function<void(const std::string&)>& on_trouble);
 
 }  // namespace roomfix

@@ -226,7 +226,7 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
     }
     const double before = steady_now();
     const Sighting sighting = camera.pipeline->sighting();
-    tell(tracker_, frame.time, camera.pipeline->id(), sighting);
+    feed(tracker_, frame.time, camera.pipeline->id(), sighting);
     times_.add(Stage::track, steady_now() - before);
     state.message = sighting.reason;
     if (const FixedCamera* fixed = camera.pipeline->fixed()) {

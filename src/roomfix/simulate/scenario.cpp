@@ -106,11 +106,11 @@ std::vector<RangeObservation> heard_ranges(const Scenario& scenario, std::size_t
         const double turn = interval * static_cast<double>(b) / count;  // beacons speak one after another
         for (double k = std::ceil((from - turn) / interval); k * interval + turn < to; ++k) {
             const double time = k * interval + turn;
-            const Eigen::Vector3d ear = map_from_robot(robot_pose(scenario.robots[robot], time)) * receiver->position;
+            const Eigen::Vector3d place = map_from_robot(robot_pose(scenario.robots[robot], time)) * receiver->position;
             const Eigen::Vector3d& beacon = scenario.site.beacons[b].position;
             Random random(mix64(seed ^ mix64(robot * 1000 + b)) + static_cast<std::uint64_t>(k));
-            const auto message = hear(scenario.ranges, (beacon - ear).norm(), random);
-            if (!message || wall_between(scenario.site.walls, beacon.head<2>(), ear.head<2>())) continue;
+            const auto message = hear(scenario.ranges, (beacon - place).norm(), random);
+            if (!message || wall_between(scenario.site.walls, beacon.head<2>(), place.head<2>())) continue;
             const double speed = 331.3 * std::sqrt(1 + scenario.site.temperature / 273.15);
             ranges.push_back({from_seconds(time), static_cast<int>(robot), static_cast<int>(b), message->flight_time * speed, receiver->sigma});
         }

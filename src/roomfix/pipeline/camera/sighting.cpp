@@ -4,7 +4,7 @@
 
 namespace roomfix {
 
-void tell(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting) {
+void feed(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting) {
     if (sighting.sees_all || !sighting.poses.empty()) tracker.observe(time, camera, sighting.poses);
     for (const AbsenceObservation& absence : sighting.absent) tracker.observe(time, camera, absence);
     for (const TagSighting& tag : sighting.tags) tracker.observe(time, camera, tag);

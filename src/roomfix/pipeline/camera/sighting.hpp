@@ -57,7 +57,7 @@ struct Sighting {
 };
 
 /// Tells the tracker. `camera`: the name under which it knows the camera.
-void tell(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting);
+void feed(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting);
 
 /// A fix of each robot that the frame showed; of a frame without one a fix that says why.
 std::vector<Fix> fixes_of(const Sighting& sighting, const Site& site, Nanoseconds time, const std::vector<std::string>& sources);
