@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 namespace roomfix {
 namespace {
@@ -40,64 +39,71 @@ double unlikeness(const BodyLook& look, const std::vector<const LookSpot*>& spot
     return sum / static_cast<double>(spots.size());
 }
 
-}  // namespace
-
-double crookedness(const std::vector<ConvexPart>& parts) {
-    double smallest = 1e18;
-    double best = 0;
-    for (double angle = -eighth; angle < eighth; angle += eighth / 90) {
-        const Eigen::Rotation2Dd turn(angle);
-        Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
-        for (const ConvexPart& part : parts) {
-            for (const Eigen::Vector3d& p : part.points) {
-                const Eigen::Vector2d q = turn * p.head<2>();
-                low = low.cwiseMin(q);
-                high = high.cwiseMax(q);
-            }
-        }
-        const double area = (high - low).prod() * (1 + 1e-3 * std::abs(angle));
-        if (area < smallest) {
-            smallest = area;
-            best = angle;
-        }
+/// The spots of a look that are compared, and how far apart they lie (m). None where they are too few.
+struct ComparedSpots {
+    std::vector<const LookSpot*> spots;
+    double apart = 0;
+};
+ComparedSpots compared_spots(const BodyLook& look) {
+    constexpr std::size_t enough = 250;
+    constexpr std::size_t least = 40;
+    ComparedSpots compared;
+    if (look.spots.size() < least) return compared;
+    const std::size_t step = look.spots.size() / enough + 1;
+    for (std::size_t i = 0; i < look.spots.size(); i += step) compared.spots.push_back(&look.spots[i]);
+    for (const LookSpot* spot : compared.spots) {
+        float nearest = 1e9f;
+        for (const LookSpot* other : compared.spots) nearest = std::min(nearest, other == spot ? 1e9f : (other->place - spot->place).squaredNorm());
+        compared.apart += std::sqrt(static_cast<double>(nearest)) / static_cast<double>(compared.spots.size());
     }
-    return best;
+    return compared;
 }
 
-std::optional<GroundLine> mirror_line(const BodyLook& look, double reach) {
-    constexpr std::size_t enough = 250;  // spots
-    constexpr std::size_t least = 40;
-    constexpr double clearly = 0.7;  // of the usual unlikeness
-    if (look.spots.size() < least) return std::nullopt;
-    std::vector<const LookSpot*> spots;
-    const std::size_t step = look.spots.size() / enough + 1;
-    for (std::size_t i = 0; i < look.spots.size(); i += step) spots.push_back(&look.spots[i]);
-    double apart = 0;  // m, between neighbours
-    for (const LookSpot* spot : spots) {
-        float nearest = 1e9f;
-        for (const LookSpot* other : spots) nearest = std::min(nearest, other == spot ? 1e9f : (other->place - spot->place).squaredNorm());
-        apart += std::sqrt(static_cast<double>(nearest)) / static_cast<double>(spots.size());
-    }
-    std::vector<double> all;
-    GroundLine best;
-    double smallest = 1e9;
-    const auto attempt = [&](double angle, double offset) {
-        const double here = unlikeness(look, spots, {angle, offset}, 1.2 * apart);
-        if (here < smallest) {
-            smallest = here;
-            best = {angle, offset};
+}  // namespace
+
+FootprintBox footprint_box(const std::vector<ConvexPart>& parts, double angle) {
+    const Eigen::Rotation2Dd turn(-angle);
+    FootprintBox box;
+    for (const ConvexPart& part : parts) {
+        for (const Eigen::Vector3d& p : part.points) {
+            const Eigen::Vector2d q = turn * p.head<2>();
+            box.low = box.low.cwiseMin(q);
+            box.high = box.high.cwiseMax(q);
         }
-        return here;
-    };
-    for (double angle = -eighth; angle <= eighth; angle += eighth / 15) {
-        for (double offset = -reach; offset <= reach; offset += reach / 4) all.push_back(attempt(angle, offset));
     }
-    const GroundLine coarse = best;
-    for (double angle = -eighth / 15; angle <= eighth / 15; angle += eighth / 60) {
-        for (double offset = -reach / 4; offset <= reach / 4; offset += reach / 16) attempt(coarse.angle + angle, coarse.offset + offset);
+    return box;
+}
+
+GroundLine body_axis(const std::vector<ConvexPart>& parts, const BodyLook& look, double reach) {
+    constexpr double independent = 40;     // spots that tell something of their own: neighbours are alike
+    constexpr double sharpness = 20;       // nats per log of the box's area: hulls of a few pictures are off by some per cent
+    constexpr double clearly = 0.7;        // of the usual unlikeness: only then the mirror's line is believed to lie beside the middle of the box
+    constexpr double straight = 1e-3;      // nats per rad: where nothing tells
+    constexpr double least_unlike = 1e-3;  // squared colours: noise
+    const ComparedSpots compared = compared_spots(look);
+    GroundLine best;
+    double most = -1e18, smallest = 1e9;
+    std::vector<double> all;  // unlikenesses
+    const auto attempt = [&](double angle, double offset) {
+        const double unlike = compared.spots.empty() ? 1 : std::max(unlikeness(look, compared.spots, {angle, offset}, 1.2 * compared.apart), least_unlike);
+        all.push_back(unlike);
+        const double nats = -sharpness * std::log(footprint_box(parts, angle).area()) - 0.5 * independent * std::log(unlike) - straight * std::abs(angle);
+        if (nats <= most) return;
+        most = nats;
+        smallest = unlike;
+        best = {angle, offset};
+    };
+    constexpr int angles = 15, finer = 4, offs = 4;
+    for (int i = -angles; i <= angles; ++i) {
+        for (int k = -offs; k <= offs; ++k) attempt(i * eighth / angles, k * reach / offs);
     }
     std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-    if (smallest > clearly * all[all.size() / 2]) return std::nullopt;
+    const double usual = all[all.size() / 2];
+    const GroundLine coarse = best;
+    for (int i = -finer; i <= finer; ++i) {
+        for (int k = -offs; k <= offs; ++k) attempt(coarse.angle + i * eighth / angles / finer, coarse.offset + k * reach / (offs * offs));
+    }
+    if (smallest > clearly * usual) best.offset = footprint_box(parts, best.angle).middle().y();
     return best;
 }
 

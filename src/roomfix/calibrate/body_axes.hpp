@@ -1,7 +1,6 @@
 // Which way a learned body lies in its own frame: robots are alike left and right.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "roomfix/site/learned_body.hpp"
@@ -14,11 +13,17 @@ struct GroundLine {
     double offset = 0;  // m, to the left of the origin, seen along it
 };
 
-/// By how much to turn a body (rad, up to an eighth of a turn) so that the box around it along the axes is smallest.
-double crookedness(const std::vector<ConvexPart>& parts);
+/// The box around a footprint that lies along a line at `angle` (rad): m, its x axis along that line.
+struct FootprintBox {
+    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = Eigen::Vector2d::Constant(-1e9);
 
-/// The line about which the look is most like its own mirror image, within an eighth of a turn of the x axis and `reach` (m) of the
-/// origin; nothing where no line is much better than the others.
-std::optional<GroundLine> mirror_line(const BodyLook& look, double reach);
+    double area() const { return (high - low).prod(); }
+    Eigen::Vector2d middle() const { return 0.5 * (low + high); }
+};
+FootprintBox footprint_box(const std::vector<ConvexPart>& parts, double angle);
+
+/// The line along which a body lies, within an eighth of a turn of the x axis: along which the box around its footprint is smallest, and about which its look
+/// is most like its own mirror image, each as far as it tells. `reach`: m, how far beside the middle of that box the line may lie.
+GroundLine body_axis(const std::vector<ConvexPart>& parts, const BodyLook& look, double reach);
 
 }  // namespace roomfix

@@ -331,20 +331,12 @@ void Learner::find_again(bool everywhere) {
 /// What is learned may lie beside the origin, and be turned, as long as the poses are: its middle becomes the origin, its sides lie along the
 /// axes.
 void Learner::put_straight() {
-    constexpr double reach = 0.3;  // of the radius: so far beside the origin its middle may be
-    std::optional<GroundLine> mirror;
-    if (!rough_.round() && body_.has_look()) mirror = mirror_line(body_.learned->look, reach * rough_.radius);
-    const Eigen::Rotation2Dd turn(rough_.round() ? 0 : mirror ? -mirror->angle : crookedness(body_.parts));
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
-    for (const ConvexPart& part : body_.parts) {
-        for (const Eigen::Vector3d& p : part.points) {
-            const Eigen::Vector2d q = turn * p.head<2>();
-            low = low.cwiseMin(q);
-            high = high.cwiseMax(q);
-        }
-    }
-    Eigen::Vector2d middle = 0.5 * (low + high);
-    if (mirror) middle.y() = mirror->offset;
+    constexpr double reach = 0.3;  // of the radius
+    GroundLine axis;
+    if (!rough_.round()) axis = body_axis(body_.parts, body_.has_look() ? body_.learned->look : BodyLook(), reach * rough_.radius);
+    const Eigen::Rotation2Dd turn(-axis.angle);
+    Eigen::Vector2d middle = footprint_box(body_.parts, axis.angle).middle();
+    if (!rough_.round()) middle.y() = axis.offset;
     for (auto* parts : {&body_.parts, &body_.core}) {
         for (ConvexPart& part : *parts) {
             for (Eigen::Vector3d& p : part.points) p.head<2>() = turn * p.head<2>() - middle;
