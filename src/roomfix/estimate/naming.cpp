@@ -25,10 +25,9 @@ std::vector<FreeRobot> free_robots(const Association& association, Nanoseconds t
         const auto known = std::find_if(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
         const bool lost =
             known == association.tracks.end() || known->belief.best().place_sigma() > models.site.lost || known->hardly_known(time, models.settings.ok);
-        if (!lost && to_seconds(time - known->seen) < models.settings.ok) continue;
         if (lost) {
             free.push_back({robot});
-        } else {
+        } else if (to_seconds(time - known->seen) >= models.settings.ok) {
             free.push_back({robot, probability_elsewhere(*known, models.settings), known->seen});
         }
     }
@@ -50,11 +49,13 @@ auto is_of(int robot) {
     return [robot](const PossibleName& name) { return name.track.robot == robot; };
 }
 
-/// A robot whose name a new track may get, and how many robots it stands for: of those that nothing will ever tell apart the likeliest is taken.
+/// A robot whose name a new track may get. It stands for all those that nothing will ever tell apart: the likeliest of them is taken.
 struct FreeName {
     FreeRobot first;
-    int alike = 1;
     double elsewhere = 1;  // of all that it stands for: so many are to be expected elsewhere
+
+    /// Probability that it is this one of them.
+    double by_chance() const { return first.elsewhere / elsewhere; }
 };
 
 std::vector<FreeName> free_names(const std::vector<FreeRobot>& free, const Group& group, const TrackingModels& models) {
@@ -64,12 +65,11 @@ std::vector<FreeName> free_names(const std::vector<FreeRobot>& free, const Group
             return !models.has_mark(one.robot) && !models.has_mark(n.first.robot) && group.kind_of(n.first.robot) == group.kind_of(one.robot);
         });
         if (alike == names.end()) {
-            names.push_back({one, 1, one.elsewhere});
+            names.push_back({one, one.elsewhere});
             continue;
         }
         if (one.elsewhere > alike->first.elsewhere) alike->first = one;
         alike->elsewhere += one.elsewhere;
-        ++alike->alike;
     }
     return names;
 }
@@ -121,7 +121,7 @@ std::vector<Naming> likely_namings(const Association& association, const std::ve
                 if (!may_be(track, name, naming.free, group)) continue;
                 Naming& next = longer.emplace_back(naming);
                 next.robots.push_back(name.first.robot);
-                next.by_chance.push_back(1.0 / name.alike);
+                next.by_chance.push_back(name.by_chance());
                 next.elsewhere.push_back(name.elsewhere);
                 next.log_weight += name_nats(track, name, naming.free, group);
                 std::erase_if(next.free, with_robot(name.first.robot));
