@@ -95,7 +95,7 @@ def lcav():
         report(f"lcav, {name}, four cameras together", errors, consistency, len(errors), 5)
 
 
-def unitn(splits=10):
+def unitn(splits=15):
     folder = data / "unitn"
     reference = {row["image"]: row for row in rows(folder / "reference.csv")}
     robots = [image for image, row in reference.items() if row["robot"] == "1"]
