@@ -23,6 +23,13 @@ struct Room {
         renderer.render(shot.scene, shot.map_from_camera, shot.light, taken++, frame);
         return truth_of(shot);
     }
+
+    /// A picture from one place in the room, with the true view to fit from.
+    CornerFit look_from_beside(Random& random) {
+        CornerFit fit;
+        fit.view = look(chou1986_shot({1.4, 2.1}, random));
+        return fit;
+    }
 };
 
 /// A view some pixels off.
@@ -59,9 +66,7 @@ TEST(CornerFit, HoldsTheViewAsExactlyAsItStatesFromSomePixelsOff) {
 TEST(CornerFit, ItsPiecesMoveWithTheViewAsTheirSlopesSay) {
     Room room;
     Random random(63);
-    const CornerView truth = room.look(chou1986_shot({1.4, 2.1}, random));
-    CornerFit fit;
-    fit.view = truth;
+    CornerFit fit = room.look_from_beside(random);
     ASSERT_TRUE(room.fitter.refine(room.frame, right_angle, 4, fit));
     room.fitter.read(room.frame, right_angle, 1, fit);
     for (Eigen::Index k = 0; k < 5; ++k) {
@@ -88,12 +93,10 @@ TEST(CornerFit, ItsPiecesMoveWithTheViewAsTheirSlopesSay) {
 TEST(CornerFit, WhereNoEdgesAreNothingHoldsIt) {
     Room room;
     Random random(64);
-    const CornerView truth = room.look(chou1986_shot({1.4, 2.1}, random));
+    CornerFit fit = room.look_from_beside(random);
     for (int y = 0; y < room.frame.height(); ++y) {
         for (int x = 0; x < room.frame.width(); ++x) room.frame.row(y)[x] = static_cast<std::uint8_t>(std::lround(120 + random.normal(2)));
     }
-    CornerFit fit;
-    fit.view = truth;
     const bool held = room.fitter.refine(room.frame, right_angle, 6, fit);
     const auto support = edge_support(fit, 0.5);
     const double seen = support[0].seen + support[1].seen + support[2].seen, visible = support[0].visible + support[1].visible + support[2].visible;
@@ -103,9 +106,8 @@ TEST(CornerFit, WhereNoEdgesAreNothingHoldsIt) {
 TEST(CornerFit, FarFromTheCornerItsEdgesAreNotSeen) {
     Room room;
     Random random(65);
-    const CornerView truth = room.look(chou1986_shot({1.4, 2.1}, random));
-    CornerFit fit;
-    fit.view = truth;
+    CornerFit fit = room.look_from_beside(random);
+    const CornerView truth = fit.view;
     fit.view.corner_from_camera = exponential_rotation({0, 0, 0.15}) * truth.corner_from_camera;
     const bool held = room.fitter.refine(room.frame, right_angle, 6, fit);
     const auto support = edge_support(fit, 0.5);
@@ -116,8 +118,7 @@ TEST(CornerFit, FarFromTheCornerItsEdgesAreNotSeen) {
 TEST(CornerFit, ACornerBehindTheCameraHasNoPieces) {
     Room room;
     Random random(66);
-    room.look(chou1986_shot({1.4, 2.1}, random));
-    CornerFit fit;
+    CornerFit fit = room.look_from_beside(random);
     fit.view = looking({1, 1}, {0, 0, 0}, 0);
     fit.view.corner_from_camera.col(2) *= -1;  // looks the other way
     fit.view.corner_from_camera.col(0) *= -1;

@@ -41,9 +41,8 @@ inline double difference(const CornerView& a, const CornerView& b) {
 
 /// Rotation about the corner's axes (rad) and place by which a found view is off.
 inline Vector5d error_of(const CornerView& truth, const CornerView& found) {
-    const Eigen::AngleAxisd turn(Eigen::Matrix3d(truth.corner_from_camera * found.corner_from_camera.transpose()));
     Vector5d error;
-    error << turn.angle() * turn.axis(), truth.place - found.place;
+    error << rotation_vector(truth.corner_from_camera * found.corner_from_camera.transpose()), truth.place - found.place;
     return error;
 }
 

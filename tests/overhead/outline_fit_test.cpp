@@ -4,25 +4,17 @@
 
 #include <numbers>
 
+#include "overhead/first_aisle.hpp"
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/overhead/body.hpp"
-#include "roomfix/simulate/scenario.hpp"
 
 namespace roomfix {
 namespace {
 
 /// A tower: a narrow box on a wide one, in the first aisle of the li2014 scenario.
-class OutlineOfParts : public ::testing::Test {
+class OutlineOfParts : public FirstAisle {
 protected:
-    OutlineOfParts() : scenario_(li2014_scenario(33)), renderer_(scenario_.scene, scenario_.cameras[0].truth, scenario_.cameras[0].sensor, 5) {
-        scenario_.robots[0].look.top = 0.10f;
-        BackgroundLearner learner;
-        LumaImage frame;
-        for (std::uint64_t i = 0; i < 24; ++i) {
-            renderer_.render({}, 1, 5000 + i, frame);
-            learner.add(frame);
-        }
-        background_ = learner.learn();
+    OutlineOfParts() : FirstAisle(33, 5) {
         SiteRobot robot;
         robot.parts = {part_of(wide), part_of(narrow)};
         parts_ = outline_parts(robot);
@@ -39,20 +31,13 @@ protected:
     OutlineFit fit(const Pose2& truth, const Pose2& start, const std::vector<ShapePoints>& parts) {
         std::vector<Solid> solids = robot_solids(wide, scenario_.robots[0].look, truth);
         for (const Solid& solid : robot_solids(narrow, scenario_.robots[0].look, truth)) solids.push_back(solid);
-        renderer_.render(solids, 1, ++frames_, frame_);
-        background_.classify_solid(frame_, foreground_);
-        return fit_outline({frame_, &background_, &foreground_, &foreground_.mask}, *fixed_view(scenario_.site.cameras[0]), parts, start, {});
+        show(solids);
+        return fit_outline({frame_, &background_, &foreground_, &foreground_.mask}, view_, parts, start, {});
     }
 
     static constexpr Box wide{0.60, 0.36, 0.30};
     static constexpr Box narrow{0.24, 0.24, 0.70};
-    Scenario scenario_;
-    CameraRenderer renderer_;
-    BackgroundModel background_;
     std::vector<ShapePoints> parts_;
-    LumaImage frame_;
-    Foreground foreground_;
-    std::uint64_t frames_ = 0;
 };
 
 TEST_F(OutlineOfParts, TellsWhereTheBodyStandsAndIsAsGoodAsItStates) {

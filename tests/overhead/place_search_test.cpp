@@ -2,29 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include "overhead/first_aisle.hpp"
 #include "roomfix/overhead/body.hpp"
-#include "roomfix/simulate/scenario.hpp"
 
 namespace roomfix {
 namespace {
 
 /// A robot in the first aisle of the li2014 scenario, of which a crate before it hides a part.
-class HalfHiddenRobot : public ::testing::Test {
+class HalfHiddenRobot : public FirstAisle {
 protected:
-    HalfHiddenRobot() : scenario_(li2014_scenario(34)), renderer_(scenario_.scene, scenario_.cameras[0].truth, scenario_.cameras[0].sensor, 6) {
-        scenario_.robots[0].look.top = 0.10f;
-        BackgroundLearner learner;
-        LumaImage frame;
-        for (std::uint64_t i = 0; i < 24; ++i) {
-            renderer_.render({}, 1, 6000 + i, frame);
-            learner.add(frame);
-        }
-        background_ = learner.learn();
-    }
+    HalfHiddenRobot() : FirstAisle(34, 6) {}
 
-    /// Where it is found when it is thought to be at `guess`, with `columns` px from the left of its picture on hidden.
+    /// Where it is found when it is thought to be at `guess` and the left part of its picture is hidden.
     PlaceSearch::Result find(const Pose2& truth, const Pose2& guess, double hidden_part) {
-        renderer_.render(robot_solids(robot, scenario_.robots[0].look, truth), 1, ++frames_, frame_);
+        show(robot_solids(robot, scenario_.robots[0].look, truth));
         const Silhouette whole = project_silhouette(view_, shape_, truth);
         const PixelBox box = box_around(whole.polygon());
         // What hides it was there before: the frame shows the background.
@@ -41,16 +32,9 @@ protected:
     }
 
     static constexpr Box robot{0.60, 0.36, 0.30};
-    Scenario scenario_;
-    CameraRenderer renderer_;
-    const View view_ = *fixed_view(scenario_.site.cameras[0]);
     const ShapePoints shape_ = shape_points(robot, 0.005);
-    BackgroundModel background_;
-    LumaImage frame_;
-    Foreground foreground_;
     ComponentFinder finder_;
     PlaceSearch search_;
-    std::uint64_t frames_ = 0;
 };
 
 TEST_F(HalfHiddenRobot, IsFoundByWhatIsLeftOfItsOutline) {
@@ -74,8 +58,7 @@ TEST_F(HalfHiddenRobot, TheLessIsSeenTheLessIsSure) {
 
 TEST_F(HalfHiddenRobot, AnEmptyAisleHoldsNone) {
     const ForegroundMasks masks{&foreground_.mask, &foreground_.shadow};
-    renderer_.render({}, 1, 7000, frame_);
-    background_.classify_solid(frame_, foreground_);
+    show({});
     Component all;
     all.right = frame_.width() - 1;
     all.bottom = frame_.height() - 1;

@@ -84,25 +84,29 @@ GroundLine body_axis(const std::vector<ConvexPart>& parts, const BodyLook& look,
     GroundLine best;
     double most = -1e18, smallest = 1e9;
     std::vector<double> all;  // unlikenesses
-    const auto attempt = [&](double angle, double offset) {
+    const auto attempt = [&](double angle, double box_nats, double offset) {
         const double unlike = compared.spots.empty() ? 1 : std::max(unlikeness(look, compared.spots, {angle, offset}, 1.2 * compared.apart), least_unlike);
         all.push_back(unlike);
-        const double nats = -sharpness * std::log(footprint_box(parts, angle).area()) - 0.5 * independent * std::log(unlike) - straight * std::abs(angle);
+        const double nats = box_nats - 0.5 * independent * std::log(unlike);
         if (nats <= most) return;
         most = nats;
         smallest = unlike;
         best = {angle, offset};
     };
-    constexpr int angles = 15, finer = 4, offs = 4;
-    for (int i = -angles; i <= angles; ++i) {
-        for (int k = -offs; k <= offs; ++k) attempt(i * eighth / angles, k * reach / offs);
-    }
+    // `angles` and `offs` steps to each side of a line.
+    constexpr int offs = 4;
+    const auto attempt_around = [&](GroundLine middle, int angles, double angle_step, double off_step) {
+        for (int i = -angles; i <= angles; ++i) {
+            const double angle = middle.angle + i * angle_step;
+            const double box_nats = -sharpness * std::log(footprint_box(parts, angle).area()) - straight * std::abs(angle);
+            for (int k = -offs; k <= offs; ++k) attempt(angle, box_nats, middle.offset + k * off_step);
+        }
+    };
+    constexpr int coarse = 15, finer = 4;
+    attempt_around({}, coarse, eighth / coarse, reach / offs);
     std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
     const double usual = all[all.size() / 2];
-    const GroundLine coarse = best;
-    for (int i = -finer; i <= finer; ++i) {
-        for (int k = -offs; k <= offs; ++k) attempt(coarse.angle + i * eighth / angles / finer, coarse.offset + k * reach / (offs * offs));
-    }
+    attempt_around(best, finer, eighth / coarse / finer, reach / (offs * offs));
     if (smallest > clearly * usual) best.offset = footprint_box(parts, best.angle).middle().y();
     return best;
 }

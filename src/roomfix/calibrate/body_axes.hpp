@@ -23,7 +23,7 @@ struct FootprintBox {
 FootprintBox footprint_box(const std::vector<ConvexPart>& parts, double angle);
 
 /// The line along which a body lies, within an eighth of a turn of the x axis: along which the box around its footprint is smallest, and about which its look
-/// is most like its own mirror image, each as far as it tells. `reach`: m, how far beside the middle of that box the line may lie.
+/// is most like its own mirror image, each as far as it tells. `reach`: m, how far beside the origin the line may lie.
 GroundLine body_axis(const std::vector<ConvexPart>& parts, const BodyLook& look, double reach);
 
 }  // namespace roomfix

@@ -332,8 +332,9 @@ void Learner::find_again(bool everywhere) {
 /// axes.
 void Learner::put_straight() {
     constexpr double reach = 0.3;  // of the radius
+    const BodyLook none;
     GroundLine axis;
-    if (!rough_.round()) axis = body_axis(body_.parts, body_.has_look() ? body_.learned->look : BodyLook(), reach * rough_.radius);
+    if (!rough_.round()) axis = body_axis(body_.parts, body_.has_look() ? body_.learned->look : none, reach * rough_.radius);
     const Eigen::Rotation2Dd turn(-axis.angle);
     Eigen::Vector2d middle = footprint_box(body_.parts, axis.angle).middle();
     if (!rough_.round()) middle.y() = axis.offset;
