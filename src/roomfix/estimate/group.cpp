@@ -187,6 +187,12 @@ void temper(GroupState& state, const std::vector<double>& before, Nanoseconds ti
     for (std::size_t s = 0; s < after.size(); ++s) state.associations[s].log_weight = after[s];
 }
 
+double looks_like(const Track& track, int robot, const Group& group) {
+    double most = track.as_kind[group.kind_of(robot)];
+    for (const std::size_t kind : group.kinds) most = std::max(most, track.as_kind[kind]);
+    return track.as_kind[group.kind_of(robot)] - most;
+}
+
 GroupState start_state(const Group& group) {
     GroupState state;
     if (group.alone()) {
@@ -308,11 +314,9 @@ std::vector<int> guess_names(const std::vector<Track>& tracks, const Group& grou
     std::vector<Guess> guesses;
     for (std::size_t t = 0; t < tracks.size(); ++t) {
         if (!tracks[t].alive() || tracks[t].named) continue;
-        const auto nats = [&](int robot) { return tracks[t].as_kind[group.kind_of(robot)]; };
-        double most = -1e300;
-        for (const int robot : group.robots) most = std::max(most, nats(robot));
         for (const int robot : free) {
-            if (nats(robot) > most - sure_of_kind) guesses.push_back({t, robot, nats(robot) - most});
+            const double nats = looks_like(tracks[t], robot, group);
+            if (nats > -sure_of_kind) guesses.push_back({t, robot, nats});
         }
     }
     std::stable_sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) { return a.nats > b.nats; });

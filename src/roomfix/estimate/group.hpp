@@ -27,9 +27,13 @@ std::vector<Group> groups_of(const std::vector<SiteRobot>& robots);
 /// An association hypothesis: which track is which robot.
 struct Association {
     double log_weight = 0;
+    double open = 0;     // of log_weight: what tracks without a name add, whichever robots they are, so that a name that is given late counts no less
     bool shown = false;  // its fixes are the ones that are given
     std::vector<Track> tracks;
 };
+
+/// Nats, at most 0: for a track's being of a robot's kind, beside the kind that it looks like most. What is no robot looks like one of the kinds, too.
+double looks_like(const Track& track, int robot, const Group& group);
 
 /// All that is believed of a group. First stands the association that is shown: the likeliest, or one not much less likely that was shown before, so that
 /// names do not change back and forth where nothing tells robots apart.

@@ -60,7 +60,7 @@ double kind_cost(const Track& track, const PoseObservation& observation, const G
 
 /// Remembers as what kind of robot a track was seen. Nats for the name it has.
 double note_kind(Track& track, const PoseObservation& observation, const Group& group) {
-    double evidence = 0;
+    const double looked = track.named ? looks_like(track, track.robot, group) : 0;
     for (std::size_t kind = 0; kind < track.as_kind.size(); ++kind) {
         const double before = track.as_kind[kind];
         if (const auto compared = of_kind(observation, kind, group)) {
@@ -70,9 +70,8 @@ double note_kind(Track& track, const PoseObservation& observation, const Group& 
             const double step = kind == group.kind_of(observation.robot) ? observation.tells_kind : -observation.tells_kind;
             track.as_kind[kind] = std::clamp(before + step, -limit, limit);
         }
-        if (track.named && kind == group.kind_of(track.robot)) evidence = track.as_kind[kind] - before;
     }
-    return evidence;
+    return track.named ? looks_like(track, track.robot, group) - looked : 0;
 }
 
 /// The pairs of tracks and sightings that may belong together. Sorted by x, so that many robots cost no more than few.
@@ -224,13 +223,14 @@ double take_assigned(Association& association, const std::vector<int>& column_of
 }
 
 /// Tracks that nothing has confirmed for long; robots with a name of their own are kept while they can be predicted.
-void drop_lost(Association& association, Nanoseconds time, const TrackingModels& models) {
+void drop_lost(Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
     const TrackerSettings& settings = models.settings;
-    std::erase_if(association.tracks, [&](const Track& t) {
+    const std::size_t dropped = std::erase_if(association.tracks, [&](const Track& t) {
         const double unseen = to_seconds(time - t.seen);
         if (t.named) return unseen > settings.forget && (t.belief.best().place_sigma() > 2 * models.site.lost || is_missing(t, settings));
         return unseen > (t.number == 0 ? 2 * settings.ok : settings.forget);
     });
+    if (dropped > 0 && !group.many) keep_open(association, time, group, models);
 }
 
 /// Of two tracks of like robots that stand inside each other, the one that is seen less is the other's shadow.
@@ -309,7 +309,7 @@ void take_frame(GroupState& state, const GroupSighting& frame, const Event& even
     std::vector<double> before, before_exchanged;
     for (std::size_t s = 0; s < count; ++s) {
         Association& association = state.associations[s];
-        drop_lost(association, event.time, models);
+        drop_lost(association, event.time, group, models);
         auto pairs = possible_pairs(association, frame, group, models);
         charge_strangers(pairs, association, event.time, group, models);
         const double alone = models.settings.like_gate + (group.many ? 0 : most_vague);
