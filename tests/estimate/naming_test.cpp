@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -106,6 +107,23 @@ TEST_F(ThreeRovers, ATrackThatCanBeNoRobotCostsWhatAStrangerDoes) {
     EXPECT_DOUBLE_EQ(state.associations[0].log_weight, std::log(no_robot));
     give();
     EXPECT_DOUBLE_EQ(state.associations[0].log_weight, std::log(no_robot));
+}
+
+TEST_F(ThreeRovers, WhatMovesEvenlyNeedNotBeARobotWhoseWheelsFit) {
+    Track track = track_at(3, 1);
+    EXPECT_EQ(way_of_stranger(track), 0);
+    propose_stranger(track);
+    track.names.back().evidence = 6;
+    EXPECT_NEAR(way_of_stranger(track), 6 - std::log(2), 0.01);
+    propose_name(track, 1, models);  // until now it moved like anything
+    EXPECT_EQ(track.names.back().evidence, way_of_stranger(track));
+    track.names.back().evidence += 1;
+    state.associations = {Association{0, 0, true, {named(0, 1, 1), track}}};
+    const OpenNames open = open_names(state.associations[0], now, group, models);
+    ASSERT_EQ(open.ways[0].robots, std::vector<int>{1});
+    const auto none = std::find_if(open.ways.begin(), open.ways.end(), [](const Naming& way) { return way.robots[0] < 0; });
+    ASSERT_NE(none, open.ways.end());
+    EXPECT_NEAR(open.ways[0].log_weight - none->log_weight, 1 + std::log(0.97 / 2 / 0.03), 0.01);
 }
 
 TEST_F(ThreeRovers, LookingLikeOneKindSaysNothingAgainstAStranger) {

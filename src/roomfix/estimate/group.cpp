@@ -265,7 +265,7 @@ std::vector<Fix> without_names(const Association& association, Nanoseconds time,
     std::vector<Fix> fixes;
     for (const int robot : group.robots) {
         const auto may_be = [&](const Track& track) {
-            return std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& name) { return name.track.robot == robot; });
+            return std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& name) { return name.track.is(robot); });
         };
         const bool named = std::any_of(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(robot); });
         if (named || std::none_of(association.tracks.begin(), association.tracks.end(), may_be)) continue;

@@ -72,7 +72,7 @@ bool may_be(const Track& track, const FreeName& name, const std::vector<FreeRobo
     if (name.first.is_missing()) return true;
     const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(name.first.robot));
     if (own == track.names.end() || own->way < least_way) return false;
-    return name_nats(track, name, free, group) > std::log(no_robot);
+    return name_nats(track, name, free, group) > std::log(no_robot) + way_of_stranger(track);
 }
 
 /// The likeliest ways to name tracks.
@@ -87,7 +87,7 @@ std::vector<Naming> likely_namings(const Association& association, const std::ve
             longer.back().robots.push_back(-1);
             longer.back().by_chance.push_back(1);
             longer.back().elsewhere.push_back(0);
-            longer.back().log_weight += std::log(no_robot);
+            longer.back().log_weight += std::log(no_robot) + way_of_stranger(track);
             for (const FreeName& name : free_names(naming.free, group, models)) {
                 if (!may_be(track, name, naming.free, group)) continue;
                 Naming& next = longer.emplace_back(naming);
@@ -114,9 +114,22 @@ bool all_followed(const Association& association, Nanoseconds time, const Group&
     return std::none_of(free.begin(), free.end(), [](const FreeRobot& f) { return f.is_missing(); });
 }
 
+double way_of_stranger(const Track& track) {
+    const auto stranger = std::find_if(track.names.begin(), track.names.end(), [](const PossibleName& name) { return !name.track.named; });
+    return stranger == track.names.end() ? 0 : std::log(0.5 * (1 + std::exp(stranger->evidence)));
+}
+
+void propose_stranger(Track& track) {
+    constexpr double even = 0.2;  // of the accelerations that robots are taken to have
+    PossibleName stranger{track, 0, track.time};
+    stranger.track.names.clear();
+    stranger.track.noise.push = stranger.track.noise.twist = even;
+    track.names.push_back(std::move(stranger));
+}
+
 void propose_name(Track& track, int robot, const TrackingModels& models) {
     if (std::any_of(track.names.begin(), track.names.end(), is_of(robot)) || !models.has_mark(robot)) return;
-    PossibleName name{track, 0, track.time};
+    PossibleName name{track, way_of_stranger(track), track.time};
     name.track.names.clear();
     name.track.robot = robot;
     name.track.named = true;
@@ -132,7 +145,7 @@ OpenNames open_names(Association& association, Nanoseconds time, const Group& gr
         if (track.named || track.sightings < models.settings.confirmations) continue;
         if (to_seconds(time - track.declined) >= ask_again) {
             for (const FreeRobot& one : open.free) {
-                std::erase_if(track.names, [&](const PossibleName& name) { return name.track.robot == one.robot && name.since < one.seen; });
+                std::erase_if(track.names, [&](const PossibleName& name) { return name.track.is(one.robot) && name.since < one.seen; });
                 propose_name(track, one.robot, models);
             }
             if (std::any_of(names.begin(), names.end(), [&](const FreeName& name) { return may_be(track, name, open.free, group); })) {
@@ -140,7 +153,7 @@ OpenNames open_names(Association& association, Nanoseconds time, const Group& gr
                 continue;
             }
         }
-        open.nats += std::log(no_robot);
+        open.nats += std::log(no_robot) + way_of_stranger(track);
     }
     open.ways = likely_namings(association, open.tracks, open.free, group, models);
     double sum = 0;

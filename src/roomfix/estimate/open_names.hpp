@@ -23,7 +23,7 @@ inline auto with_robot(int robot) {
 
 /// Picks the possible name of one of the robots.
 inline auto is_of(int robot) {
-    return [robot](const PossibleName& name) { return name.track.robot == robot; };
+    return [robot](const PossibleName& name) { return name.track.is(robot); };
 }
 
 /// One way to give names to tracks: to each the robot that it is, or none.
@@ -52,6 +52,12 @@ double prior_of(double elsewhere, const std::vector<FreeRobot>& free);
 
 /// Is every robot of the group likelier where the association has it than anywhere else?
 bool all_followed(const Association& association, Nanoseconds time, const Group& group, const TrackingModels& models);
+
+/// Nats for a track's being no robot of the group, by its way: half of what is none moves as evenly as robots do, whose wheels explain their ways well.
+double way_of_stranger(const Track& track);
+
+/// A track without a name is followed as something that moves evenly, too.
+void propose_stranger(Track& track);
 
 /// A track without a name is followed as each of the robots, too, whose wheels will tell.
 void propose_name(Track& track, int robot, const TrackingModels& models);

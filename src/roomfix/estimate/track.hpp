@@ -73,7 +73,7 @@ struct Track {
     bool hardly_known(Nanoseconds now, double patience) const { return to_seconds(now - seen) > patience + 2 * to_seconds(seen - born); }
 };
 
-/// A track without a name as it would be if it were a certain robot, moved by that one's wheels.
+/// A track without a name as it would be if it were a certain robot, moved by that one's wheels, or something without a name that moves evenly.
 struct PossibleName {
     Track track;
     double evidence = 0;    // nats for this name against no name
