@@ -57,7 +57,7 @@ protected:
 
     void give() { give_names(state, now, group, models); }
 
-    TrackingModels models{three_rovers(), TrackerSettings{}};
+    TrackingModels models{three_rovers(), TrackerSettings{}};  // nothing has come from their wheels yet
     Group group = groups_of(models.site.robots).front();
     GroupState state;
 };
@@ -115,7 +115,13 @@ TEST_F(ThreeRovers, WhatMovesEvenlyNeedNotBeARobotWhoseWheelsFit) {
     propose_stranger(track);
     track.names.back().evidence = 6;
     EXPECT_NEAR(way_of_stranger(track), 6 - std::log(2), 0.01);
-    propose_name(track, 1, models);  // until now it moved like anything
+    propose_name(track, 0, models);
+    EXPECT_EQ(way_of(0, track, models), way_of_stranger(track)) << "its wheels have told nothing yet: it moves like anything";
+    EXPECT_EQ(track.names.back().evidence, 0);
+    track.names.pop_back();
+    models.driven[1].add(now, {});
+    propose_name(track, 1, models);
+    EXPECT_EQ(way_of(1, track, models), way_of_stranger(track)) << "until now it moved like anything";
     EXPECT_EQ(track.names.back().evidence, way_of_stranger(track));
     track.names.back().evidence += 1;
     state.associations = {Association{0, 0, true, {named(0, 1, 1), track}}};

@@ -25,13 +25,12 @@ std::vector<char> ripe_tracks(const Association& association, const OpenNames& o
 }
 
 /// A name given to one of an association's tracks.
-void give_name(Association& association, std::size_t index, int robot, double by_chance, const Group& group) {
+void give_name(Association& association, std::size_t index, int robot, double by_chance, const Group& group, const TrackingModels& models) {
     Track& track = association.tracks[index];
     const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(robot));
-    association.log_weight += looks_like(track, robot, group);
+    association.log_weight += looks_like(track, robot, group) + way_of(robot, track, models);
     if (own != track.names.end()) {
         Track named = std::move(own->track);
-        association.log_weight += own->evidence;
         named.as_kind = track.as_kind;
         named.presence = track.presence;
         track = std::move(named);
@@ -60,7 +59,7 @@ Association with_names(Association association, const OpenNames& open, const std
         std::erase_if(free, with_robot(naming.robots[i]));
     }
     for (std::size_t i = 0; i < tracks.size(); ++i) {
-        if (ripe[i] && naming.robots[i] >= 0) give_name(association, tracks[i], naming.robots[i], naming.by_chance[i], group);
+        if (ripe[i] && naming.robots[i] >= 0) give_name(association, tracks[i], naming.robots[i], naming.by_chance[i], group, models);
     }
     for (Track& track : association.tracks) {
         std::erase_if(track.names, [&](const PossibleName& name) {

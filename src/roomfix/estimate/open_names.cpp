@@ -58,21 +58,19 @@ std::vector<FreeName> free_names(const std::vector<FreeRobot>& free, const Group
 }
 
 /// Nats for a track's being a robot with such a name.
-double name_nats(const Track& track, const FreeName& name, const std::vector<FreeRobot>& free, const Group& group) {
+double name_nats(const Track& track, const FreeName& name, const std::vector<FreeRobot>& free, const Group& group, const TrackingModels& models) {
     const int robot = name.first.robot;
-    const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(robot));
-    const double evidence = own == track.names.end() ? 0 : own->evidence;
-    return std::log(prior_of(name.elsewhere, free)) + looks_like(track, robot, group) + evidence;
+    return std::log(prior_of(name.elsewhere, free)) + looks_like(track, robot, group) + way_of(robot, track, models);
 }
 
 /// A robot that is not missing is where it is thought to be, until its wheels have turned and say that it is likelier this track: what stands still is like
 /// every robot that does.
-bool may_be(const Track& track, const FreeName& name, const std::vector<FreeRobot>& free, const Group& group) {
+bool may_be(const Track& track, const FreeName& name, const std::vector<FreeRobot>& free, const Group& group, const TrackingModels& models) {
     constexpr double least_way = 0.3;  // m
     if (name.first.is_missing()) return true;
     const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(name.first.robot));
     if (own == track.names.end() || own->way < least_way) return false;
-    return name_nats(track, name, free, group) > std::log(no_robot) + way_of_stranger(track);
+    return name_nats(track, name, free, group, models) > std::log(no_robot) + way_of_stranger(track);
 }
 
 /// The likeliest ways to name tracks.
@@ -89,12 +87,12 @@ std::vector<Naming> likely_namings(const Association& association, const std::ve
             longer.back().elsewhere.push_back(0);
             longer.back().log_weight += std::log(no_robot) + way_of_stranger(track);
             for (const FreeName& name : free_names(naming.free, group, models)) {
-                if (!may_be(track, name, naming.free, group)) continue;
+                if (!may_be(track, name, naming.free, group, models)) continue;
                 Naming& next = longer.emplace_back(naming);
                 next.robots.push_back(name.first.robot);
                 next.by_chance.push_back(name.by_chance());
                 next.elsewhere.push_back(name.elsewhere);
-                next.log_weight += name_nats(track, name, naming.free, group);
+                next.log_weight += name_nats(track, name, naming.free, group, models);
                 std::erase_if(next.free, with_robot(name.first.robot));
             }
         }
@@ -119,6 +117,12 @@ double way_of_stranger(const Track& track) {
     return stranger == track.names.end() ? 0 : std::log(0.5 * (1 + std::exp(stranger->evidence)));
 }
 
+double way_of(int robot, const Track& track, const TrackingModels& models) {
+    const auto own = std::find_if(track.names.begin(), track.names.end(), is_of(robot));
+    const double told = own == track.names.end() ? 0 : own->evidence;
+    return models.driven[static_cast<std::size_t>(robot)].empty() ? told + way_of_stranger(track) : told;
+}
+
 void propose_stranger(Track& track) {
     constexpr double even = 0.2;  // of the accelerations that robots are taken to have
     PossibleName stranger{track, 0, track.time};
@@ -129,7 +133,8 @@ void propose_stranger(Track& track) {
 
 void propose_name(Track& track, int robot, const TrackingModels& models) {
     if (std::any_of(track.names.begin(), track.names.end(), is_of(robot)) || !models.has_mark(robot)) return;
-    PossibleName name{track, way_of_stranger(track), track.time};
+    const bool driven = !models.driven[static_cast<std::size_t>(robot)].empty();
+    PossibleName name{track, driven ? way_of_stranger(track) : 0, track.time};
     name.track.names.clear();
     name.track.robot = robot;
     name.track.named = true;
@@ -148,7 +153,7 @@ OpenNames open_names(Association& association, Nanoseconds time, const Group& gr
                 std::erase_if(track.names, [&](const PossibleName& name) { return name.track.is(one.robot) && name.since < one.seen; });
                 propose_name(track, one.robot, models);
             }
-            if (std::any_of(names.begin(), names.end(), [&](const FreeName& name) { return may_be(track, name, open.free, group); })) {
+            if (std::any_of(names.begin(), names.end(), [&](const FreeName& name) { return may_be(track, name, open.free, group, models); })) {
                 open.tracks.push_back(t);
                 continue;
             }

@@ -56,6 +56,9 @@ bool all_followed(const Association& association, Nanoseconds time, const Group&
 /// Nats for a track's being no robot of the group, by its way: half of what is none moves as evenly as robots do, whose wheels explain their ways well.
 double way_of_stranger(const Track& track);
 
+/// Nats for a track's being a certain robot, by its way and its own senses. One whose wheels are unknown moves like anything.
+double way_of(int robot, const Track& track, const TrackingModels& models);
+
 /// A track without a name is followed as something that moves evenly, too.
 void propose_stranger(Track& track);
 

@@ -128,7 +128,11 @@ void BodyObserver::settle_body(const BodyChoice& choice, const EdgeJudge& edges)
     auto& candidates = scene_.candidates[kind];
     const BodyCandidate first = candidates[choice.candidate];
     const bool expected_here = scene_.expected.prior_of(choice.robot, first.pose) > 0;
-    if (const BodyCandidate* thing = thing_instead_of(scene_, choice.robot, first.pose, first.score, !expected_here)) return settle_thing_first(scene_, *thing);
+    if (const BodyCandidate* thing = thing_instead_of(scene_, choice.robot, first.pose, first.score, !expected_here)) {
+        if (!may_be_other_robot(scene_, choice.robot, *thing)) return settle_thing_first(scene_, *thing);
+        candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(choice.candidate));
+        return;
+    }
     const auto places = scene_.search.places(scene_.moment(), shape, rivals_of(scene_, choice));
     BodySighting sighting{choice.robot, places[0], {places.begin() + 1, places.end()}, {}};
     if (!is_robot(sighting, edges)) {

@@ -48,23 +48,31 @@ bool may_be_missing_robot(const BodyScene& scene, const Body& thing, const Pose2
     return false;
 }
 
+/// The body of a thing's candidate; as many as there are bodies where it is none.
+std::size_t kind_of_thing(const BodyScene& scene, const BodyCandidate& thing) {
+    std::size_t kind = scene.kinds();
+    for (; kind < scene.bodies.size(); ++kind) {
+        const auto& candidates = scene.candidates[kind];
+        if (!candidates.empty() && &thing >= candidates.data() && &thing < candidates.data() + candidates.size()) break;
+    }
+    return kind;
+}
+
 /// A thing takes its pixels out of what is left, if it is no clutter and stands in no robot. In any case it is no candidate any more.
 bool settle_thing(BodyScene& scene, const BodyCandidate& thing) {
-    for (std::size_t kind = scene.kinds(); kind < scene.bodies.size(); ++kind) {
-        auto& candidates = scene.candidates[kind];
-        if (candidates.empty() || &thing < candidates.data() || &thing >= candidates.data() + candidates.size()) continue;
-        BodyPlace place = scene.search.measure(scene.moment(), scene.bodies[kind], thing);
-        const int number = static_cast<int>(scene.robots + kind - scene.kinds());
-        candidates.erase(candidates.begin() + (&thing - candidates.data()));
-        const double rarity = scene.expected.prior_of_thing(place.pose) ? 0 : scene.settings.rarity_of_things;
-        const double odds = place.log_ratio - scene.settings.search.odds_of_clutter - rarity;
-        if (odds < 0 || scene.in_the_way(scene.bodies[kind], number, place.pose)) return false;
-        place.probability = 1 / (1 + std::exp(-odds));
-        scene.things.push_back(place);
-        scene.stand(number, place.pose);
-        return true;
-    }
-    return false;
+    const std::size_t kind = kind_of_thing(scene, thing);
+    if (kind == scene.bodies.size()) return false;
+    auto& candidates = scene.candidates[kind];
+    BodyPlace place = scene.search.measure(scene.moment(), scene.bodies[kind], thing);
+    const int number = static_cast<int>(scene.robots + kind - scene.kinds());
+    candidates.erase(candidates.begin() + (&thing - candidates.data()));
+    const double rarity = scene.expected.prior_of_thing(place.pose) ? 0 : scene.settings.rarity_of_things;
+    const double odds = place.log_ratio - scene.settings.search.odds_of_clutter - rarity;
+    if (odds < 0 || scene.in_the_way(scene.bodies[kind], number, place.pose)) return false;
+    place.probability = 1 / (1 + std::exp(-odds));
+    scene.things.push_back(place);
+    scene.stand(number, place.pose);
+    return true;
 }
 
 }  // namespace
@@ -112,6 +120,20 @@ const BodyCandidate* thing_instead_of(BodyScene& scene, int robot, const Pose2& 
     // One thing may cover what several robots show.
     const double others = explained_beside(scene, robot, best_kind, best->pose, trust) - explained_beside(scene, robot, scene.kind(robot), pose, trust);
     return lead - std::max(thing_behind, 0.0) + others > 0 ? best : nullptr;
+}
+
+bool may_be_other_robot(BodyScene& scene, int robot, const BodyCandidate& thing) {
+    const std::size_t thing_kind = kind_of_thing(scene, thing);
+    for (std::size_t r = 0; r < scene.open.size(); ++r) {
+        const int other = static_cast<int>(r);
+        if (!scene.open[r] || scene.kind_of[r] == scene.kind(robot)) continue;
+        for (const BodyCandidate& there : scene.candidates[scene.kind_of[r]]) {
+            if (there.odds + scene.expected.prior_of(other, there.pose) <= 0) continue;
+            if (!scene.stand_in_each_other(scene.body(other), there.pose, scene.bodies[thing_kind], thing.pose)) continue;
+            if (!thing_instead_of(scene, other, there.pose, there.score, scene.expected.prior_of(other, there.pose) <= 0)) return true;
+        }
+    }
+    return false;
 }
 
 const BodyCandidate* known_thing(BodyScene& scene, double least) {

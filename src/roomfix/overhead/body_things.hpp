@@ -14,6 +14,9 @@ void look_for_things(BodyScene& scene, bool everywhere);
 /// far behind the person.
 const BodyCandidate* thing_instead_of(BodyScene& scene, int robot, const Pose2& pose, double score, bool same_pixels);
 
+/// Where a thing explains more than a robot of one kind: does an open robot of another kind explain it so well that it is no thing after all?
+bool may_be_other_robot(BodyScene& scene, int robot, const BodyCandidate& thing);
+
 /// A thing that was seen before, is no robot that is missing and stands there more surely than `least` nats; null: none.
 const BodyCandidate* known_thing(BodyScene& scene, double least);
 
