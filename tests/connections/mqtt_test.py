@@ -1,6 +1,7 @@
 """Fixes on MQTT beside the fixes in a file, with a real broker that refuses, dies and comes back. The program is in the variable ROOMFIX."""
 import json
 import pathlib
+import socket
 import sqlite3
 import subprocess
 import unittest
@@ -113,6 +114,19 @@ class Mqtt(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("cannot be reached: Connection refused", done.stderr)
         self.assertGreater(len(fixes_of(self.folder / "fixes.jsonl")), 100)
+
+    def test_what_is_no_broker_is_told(self):
+        with socket.socket() as silent:
+            silent.bind(("127.0.0.1", 0))
+            silent.listen()
+            done = self.run_site(f"port: {silent.getsockname()[1]}")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("is it a broker, and is this its port?", done.stderr)
+        broker = self.broker()
+        certificate(self.folder, "ca", "ca", 2)
+        done = self.run_site(f"port: {broker.port}, tls: {{ca: {self.folder}/ca.crt}}")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("is this the port at which the broker speaks it?", done.stderr)
 
     def test_a_password_that_is_nowhere_is_told_before_the_start(self):
         done = self.run_site("user: robots, password: {env: ROOMFIX_TEST_NO_SUCH_VARIABLE}")

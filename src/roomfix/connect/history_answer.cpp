@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/base/printable.hpp"
 #include "roomfix/connect/fix_json.hpp"
 
 namespace roomfix {
@@ -17,13 +18,7 @@ constexpr int highest_limit = 100000;
 constexpr std::size_t longest_value = 200;  // characters
 
 /// A text of others as it may stand in an answer: printable, and not too long.
-std::string shown(const std::string& text) {
-    std::string printable = text.substr(0, 60);
-    for (char& c : printable) {
-        if (c < ' ' || c > '~') c = '?';
-    }
-    return printable;
-}
+std::string shown(const std::string& text) { return printable(text.substr(0, 60)); }
 
 /// A moment in seconds; also what comes out of a computer's arithmetic, such as 1.7e9.
 std::optional<Nanoseconds> moment_of(const std::string& text) {

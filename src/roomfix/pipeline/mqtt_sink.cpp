@@ -102,8 +102,9 @@ Result<void> MqttSink::finish() {
     const MqttState state = client_->state();
     client_->disconnect();
     if (state.lost == 0) return {};
-    return Error{
-        fmt::format("{}: {} messages were not sent{}", name(), state.lost, state.connected ? ", while there was no connection" : ": " + state.problem)};
+    if (state.connected) return Error{fmt::format("{}: {} messages were not sent, while there was no connection", name(), state.lost)};
+    const std::string problem = state.problem.empty() ? "nobody there has answered yet: is it a broker, and is this its port?" : state.problem;
+    return Error{fmt::format("{}: {} messages were not sent: {}", name(), state.lost, problem)};
 }
 
 SinkState MqttSink::state() const {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "roomfix/base/number.hpp"
+#include "roomfix/base/printable.hpp"
 
 namespace roomfix {
 namespace {
@@ -47,9 +48,9 @@ std::string shown(const YAML::Node& node) {
 
 }  // namespace
 
-void YamlReader::add(const YAML::Node& at, bool fatal, std::string message) {
+void YamlReader::add(const YAML::Node& at, bool fatal, const std::string& message) {
     const YAML::Mark mark = at.IsDefined() ? at.Mark() : YAML::Mark::null_mark();
-    problems_.push_back({mark.line + 1, mark.column + 1, fatal, std::move(message)});
+    problems_.push_back({mark.line + 1, mark.column + 1, fatal, printable(message)});
 }
 
 bool YamlReader::map(const YAML::Node& node, const std::string& what, std::initializer_list<const char*> known) {

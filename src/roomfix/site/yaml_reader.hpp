@@ -40,7 +40,7 @@ public:
     bool list(const YAML::Node& node, const std::string& what);
 
 private:
-    void add(const YAML::Node& at, bool fatal, std::string message);
+    void add(const YAML::Node& at, bool fatal, const std::string& message);
     std::vector<Problem>& problems_;
 };
 
