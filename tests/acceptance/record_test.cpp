@@ -204,6 +204,15 @@ TEST_F(Record, AFullOrReadOnlyDiskIsSaidAndWhatFitsCanBeReplayed) {
     const std::string read_only = output_of(with_disk("ro", run));
     EXPECT_NE(read_only.find("Read-only file system"), std::string::npos) << read_only;
     EXPECT_NE(read_only.find("code 1"), std::string::npos) << read_only;
+
+    // What does not fit is counted: with what was written it is all that a disk with room gets.
+    const auto number_after = [](const std::string& text, std::size_t at) { return at == std::string::npos ? -1 : std::atol(text.c_str() + at + 1); };
+    const auto last_number = [&](const std::string& text) { return number_after(text, text.rfind('\n', text.size() - 2)); };
+    const std::string drive = fmt::format("{} run {}/examples/labyrinth/site.yaml --no-page --speed 0 --record {}/rec; cat {}/rec/*.csv {}/rec/*.jsonl | wc -l",
+                                          ROOMFIX_PROGRAM, ROOMFIX_SOURCE, path("disk"), path("disk"), path("disk"));
+    const std::string all = output_of(with_disk("size=9m", drive)), some = output_of(with_disk("size=100k", drive));
+    EXPECT_GT(last_number(some), 0) << some;
+    EXPECT_EQ(last_number(some) + number_after(some, some.find("; ")), last_number(all)) << some << all;
 }
 
 }  // namespace

@@ -58,7 +58,13 @@ void SessionParts::remove_oldest(double now) {
 }
 
 Result<void> SessionParts::flush() { return writer_ ? writer_->flush() : Result<void>(); }
-Result<void> SessionParts::finish() { return writer_ ? writer_->finish() : Result<void>(); }
+
+Result<void> SessionParts::finish() {
+    if (!writer_) return {};
+    auto finished = writer_->finish();
+    lost_lines_ += writer_->waiting_lines();
+    return finished;
+}
 
 std::int64_t SessionParts::bytes() const {
     std::int64_t sum = writer_ ? writer_->bytes() : 0;

@@ -50,7 +50,7 @@ private:
     double begun_ = 0;        // s of the clock, of the current part
     int number_ = 0;          // of the current part
     std::deque<Part> ended_;  // oldest first
-    long lost_lines_ = 0;     // of parts that have ended
+    long lost_lines_ = 0;     // of parts that have ended, and those that the last one could not write in the end
 };
 
 }  // namespace roomfix
