@@ -39,7 +39,7 @@ static void log_status(const CameraState& camera) {
 }
 
 /// What a run was like, for whoever started it.
-static void say_what_happened(const SiteTracker& tracker, const SourceRunner& runner, std::size_t fixes) {
+static void say_what_happened(SiteTracker& tracker, const SourceRunner& runner, std::size_t fixes) {
     for (const CameraState& state : tracker.camera_states()) {
         const std::string dropped = state.dropped > 0 ? fmt::format(", {} not looked at since this machine is too slow", state.dropped) : "";
         log_info(fmt::format("camera {}: {} frames, {:.2f} ms each, {} bad{}; {}", state.id, state.frames, 1e3 * state.busy, state.bad_frames, dropped,
@@ -47,7 +47,7 @@ static void say_what_happened(const SiteTracker& tracker, const SourceRunner& ru
         if (!state.note.empty()) log_info(fmt::format("camera {}: {}", state.id, state.note));
     }
     if (tracker.stage_times().summary(Stage::moment).count > 0) log_info(tracker.stage_times().text());
-    for (const std::string& problem : tracker.line_problems()) log_warning("not used: " + problem);
+    tracker.finish_line_problems();
     for (const std::string& suspicion : runner.suspicious_inputs()) log_warning("look at this: " + suspicion);
     const TrackerCounts counts = tracker.tracker_counts();
     if (counts.late > 0) log_warning(fmt::format("{} observations came more than a second late and were not used", counts.late));
@@ -148,6 +148,7 @@ int run_site(const Site& site, const RunOptions& options) {
     if (!created) return give_up(created.error());
     SiteTracker& tracker = **created;
     tracker.on_camera_status(log_status);
+    tracker.on_line_problem([](const std::string& problem) { log_warning("not used: " + problem); });
     if (auto learned = learn_backgrounds(tracker, options.background, background_on_terminal()); !learned) return give_up(learned.error());
     auto recorder = start_recording(tracker, options);  // outlives the runner
     if (!recorder) return give_up(recorder.error());

@@ -53,7 +53,7 @@ class DrivenRoom(unittest.TestCase):
             "roomfix: 1\nsite: {name: room}\nrobots:\n"
             f"  r1: {{shape: box, size: [0.5, 0.4, 0.3], drive: differential, receiver: {{position: [0, 0, {receiver}], source: '{ranges}'}}, "
             f"odometry: {{source: '{wheels}'}}}}\nbeacons:\n{listed}outputs:\n  web: {{port: {self.port}}}\n{outputs}")
-        running = Process(self.folder, "roomfix", program, "run", self.folder / "site.yaml", "--fixes", self.folder / "fixes.jsonl", **more)
+        self.running = running = Process(self.folder, "roomfix", program, "run", self.folder / "site.yaml", "--fixes", self.folder / "fixes.jsonl", **more)
         self.addCleanup(running.stop, True)
         wait_until(lambda: listens(self.port) or running.ended(), "the page is served")
         self.assertFalse(running.ended(), running.text())

@@ -16,6 +16,7 @@ class Senses(driven_room.DrivenRoom):
         self.addCleanup(link.close)
         link.sendto(b"\xff\xfe{nonsense\n" * 20, ("127.0.0.1", port))
         sender = Sender(lambda text: link.sendto(text.encode(), ("127.0.0.1", port)), 1000)
+        wait_until(lambda: f"not used: udp://127.0.0.1:{port}: a line is no JSON object" in self.running.text(), "what is wrong is told while it runs")
         self.check(sender)
         senses = self.state()["senses"]
         self.assertEqual(len(senses), 1)

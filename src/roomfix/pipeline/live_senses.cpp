@@ -30,6 +30,13 @@ std::set<std::string> sources_of(const Site& site) {
     return sources;
 }
 
+/// What is wrong with readings, with the source that they came from.
+void say_where(const std::string& source, Readings& readings) {
+    for (std::vector<std::string>* problems : {&readings.ranges.problems, &readings.odometry.problems, &readings.sightings.problems}) {
+        for (std::string& problem : *problems) problem = source + ": " + problem;
+    }
+}
+
 }  // namespace
 
 bool is_serial_line(const std::string& source) { return source.starts_with("/dev/"); }
@@ -92,7 +99,8 @@ void LiveSenses::take(const std::string& source, const Readings& readings, const
 }
 
 void LiveSenses::take(const std::string& source, SenseLines& lines, std::string_view text) {
-    const Readings readings = lines.read(text, system_now(), steady_now());
+    Readings readings = lines.read(text, system_now(), steady_now());
+    say_where(source, readings);
     std::string clocks;
     for (const std::string& clock : lines.clocks()) clocks += (clocks.empty() ? "" : "; ") + clock;
     take(source, readings, clocks);
@@ -120,6 +128,7 @@ void LiveSenses::listen_to_line(const std::string& device, int robot, int receiv
     keep_open(device, "", SerialLine::open, [&](const std::string& bytes) {
         Readings readings;
         reader.feed(bytes, system_now(), readings.ranges);
+        say_where(device, readings);
         take(device, readings, "");
     });
 }

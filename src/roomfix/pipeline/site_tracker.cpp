@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "roomfix/base/steady_now.hpp"
 #include "roomfix/pipeline/site_tracker_impl.hpp"
 
 namespace roomfix {
@@ -36,6 +37,7 @@ void SiteTracker::set_background(std::size_t index, BackgroundModel background, 
 
 void SiteTracker::on_fixes(std::function<void(const FixBatch&)> listener) { impl_->delivery_.add_listener(std::move(listener)); }
 void SiteTracker::on_camera_status(std::function<void(const CameraState&)> listener) { impl_->status_listener_ = std::move(listener); }
+void SiteTracker::on_line_problem(std::function<void(const std::string&)> listener) { impl_->line_problems_.on_problem(std::move(listener)); }
 void SiteTracker::before_frames(std::function<void(Nanoseconds)> sensed) { impl_->sensed_until_ = std::move(sensed); }
 
 Result<void> SiteTracker::process(const CameraFrame& frame) {
@@ -85,15 +87,8 @@ void SiteTracker::note_source(std::size_t index, const std::string& note) { impl
 void SiteTracker::count_dropped(std::size_t index, long came, long dropped) { impl_->count_dropped(index, came, dropped); }
 std::vector<CameraState> SiteTracker::camera_states() const { return impl_->camera_states(); }
 
-std::vector<std::string> SiteTracker::line_problems() const {
-    const std::lock_guard lock(impl_->mutex_);
-    return impl_->line_problems_;
-}
-
-void SiteTracker::add_problems(const std::vector<std::string>& problems) {
-    const std::lock_guard lock(impl_->mutex_);
-    impl_->note_problems(problems);
-}
+void SiteTracker::add_problems(const std::vector<std::string>& problems) { impl_->line_problems_.note(problems, steady_now()); }
+void SiteTracker::finish_line_problems() { impl_->line_problems_.finish(); }
 
 std::vector<std::string> SiteTracker::robots_not_found() const { return impl_->robots_not_found(); }
 StageTimes& SiteTracker::stage_times() { return impl_->times_; }

@@ -84,6 +84,9 @@ public:
     void on_fixes(std::function<void(const FixBatch&)> listener);
     /// `listener` hears of a camera each time when its status changes. It must not ask the tracker.
     void on_camera_status(std::function<void(const CameraState&)> listener);
+    /// `listener` hears, as a sentence, of lines of range, sighting and odometry sources that could not be used: of some at once, of the others how many they
+    /// were. It must not ask the tracker.
+    void on_line_problem(std::function<void(const std::string&)> listener);
     /// Called before each frame is told to the tracker, with the frame's time: what was sensed before it may still be processed then.
     void before_frames(std::function<void(Nanoseconds)> sensed);
 
@@ -122,9 +125,9 @@ public:
     void count_dropped(std::size_t index, long came, long dropped);
     std::vector<CameraState> camera_states() const;
 
-    /// Lines of range, sighting and odometry sources that could not be used, as sentences; at most some of them.
-    std::vector<std::string> line_problems() const;
     void add_problems(const std::vector<std::string>& problems);
+    /// At the end: what on_line_problem() has not told yet.
+    void finish_line_problems();
     /// Robots that are lost at the end, or were never found, each with why.
     std::vector<std::string> robots_not_found() const;
     StageTimes& stage_times();

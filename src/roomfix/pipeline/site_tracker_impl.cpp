@@ -260,17 +260,10 @@ void SiteTracker::Impl::note_quarantine(const CameraPipeline& camera, CameraStat
     }
 }
 
-/// The mutex is held.
-void SiteTracker::Impl::note_problems(const std::vector<std::string>& problems) {
-    for (const std::string& problem : problems) {
-        if (line_problems_.size() < 20) line_problems_.push_back(problem);
-    }
-}
-
 void SiteTracker::Impl::process(const RangeBatch& batch) {
+    line_problems_.note(batch.problems, steady_now());
     {
         const std::lock_guard lock(mutex_);
-        note_problems(batch.problems);
         for (const RangeDifferenceObservation& difference : batch.differences) {
             tracker_.observe(difference);
             make_due(difference.time, range_source_name);
@@ -285,9 +278,9 @@ void SiteTracker::Impl::process(const RangeBatch& batch) {
 }
 
 void SiteTracker::Impl::process(const SightingBatch& batch) {
+    line_problems_.note(batch.problems, steady_now());
     {
         const std::lock_guard lock(mutex_);
-        note_problems(batch.problems);
         for (const SightingObservation& sighting : batch.sightings) {
             tracker_.observe(sighting);
             make_due(sighting.time, sighting_source_name);
@@ -297,9 +290,9 @@ void SiteTracker::Impl::process(const SightingBatch& batch) {
 }
 
 void SiteTracker::Impl::process(const OdometryBatch& batch) {
+    line_problems_.note(batch.problems, steady_now());
     {
         const std::lock_guard lock(mutex_);
-        note_problems(batch.problems);
         for (const OdometryObservation& pose : batch.poses) {
             tracker_.observe(pose);
             last_report_ = pose.time;

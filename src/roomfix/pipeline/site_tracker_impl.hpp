@@ -13,6 +13,7 @@
 #include "roomfix/pipeline/camera_pipeline.hpp"
 #include "roomfix/pipeline/fix_delivery.hpp"
 #include "roomfix/pipeline/joint_bodies.hpp"
+#include "roomfix/pipeline/line_problems.hpp"
 #include "roomfix/pipeline/receiver_buffer.hpp"
 #include "roomfix/pipeline/search_turns.hpp"
 #include "roomfix/pipeline/site_tracker.hpp"
@@ -61,7 +62,6 @@ struct SiteTracker::Impl {
     void tell_status(Camera& camera);
     void note_quarantine(const CameraPipeline& camera, CameraState& state) const;
     bool wheels_give_fix(int robot, Nanoseconds time) const;
-    void note_problems(const std::vector<std::string>& problems);
     void make_due(Nanoseconds time, const std::string& source, const LatencyParts& parts = {});
 
     Site site_;
@@ -79,7 +79,7 @@ struct SiteTracker::Impl {
     Tracker tracker_;
     Nanoseconds last_report_ = never;  // of any wheels
     Nanoseconds last_word_ = never;    // when the last frame, range or sighting came, by the time of what else had come
-    std::vector<std::string> line_problems_;
+    LineProblems line_problems_;
 };
 
 }  // namespace roomfix
