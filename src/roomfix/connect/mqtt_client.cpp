@@ -14,6 +14,7 @@
 #include <map>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "roomfix/connect/tls_problem.hpp"
 
@@ -54,9 +55,8 @@ struct MqttClient::Impl {
     mutable std::condition_variable changed;
     std::map<std::string, std::string> retained;
     MqttState state;
-    std::string detail;     // what the library said last of what went wrong
-    bool refused = false;   // the broker answered, but not with yes
-    bool answered = false;  // it did since the connection was begun
+    std::string detail;    // what the library said last of what went wrong
+    bool refused = false;  // the broker answered, but not with yes
     bool stopping = false;
     std::thread thread;
 
@@ -124,7 +124,6 @@ void MqttClient::Impl::note_connected(int reason) {
         const std::lock_guard lock(mutex);
         state.connected = reason == 0;
         refused = reason != 0;
-        answered = true;
         if (refused) {
             state.problem = fmt::format("the broker {}:{} refuses the connection: {}; check user and password", connection.host, connection.port,
                                         mosquitto_reason_string(reason));
@@ -143,11 +142,11 @@ void MqttClient::Impl::note_failure(int code, int system_error) {
     std::string certificate;
     if (code == MOSQ_ERR_TLS) certificate = tls_problem(connection.host, connection.port, connection.tls ? connection.tls->ca : "");
     const std::lock_guard lock(mutex);
-    state.connected = false;
+    const bool was_connected = std::exchange(state.connected, false);
     if (refused) return;  // what the broker answered says more
     std::string reason = code == MOSQ_ERR_ERRNO ? std::strerror(system_error) : mosquitto_strerror(code);
     if (code == MOSQ_ERR_TLS) reason = fmt::format("no TLS ({}): is this the port at which the broker speaks it?", detail.empty() ? reason : detail);
-    if (code == MOSQ_ERR_CONN_LOST && !answered)
+    if (code == MOSQ_ERR_CONN_LOST && !was_connected)
         reason = "what listens there does not answer as a broker: is it one, and is this its port, with or without TLS?";
     if (!certificate.empty()) reason = "its certificate is not believed: " + certificate;
     state.problem = fmt::format("the broker {}:{} cannot be reached: {}", connection.host, connection.port, reason);
@@ -163,7 +162,7 @@ void MqttClient::Impl::serve() {
     {
         const std::lock_guard lock(mutex);
         detail.clear();
-        refused = answered = false;
+        refused = false;
     }
     errno = 0;
     int code = mosquitto_connect_async(client.get(), connection.host.c_str(), connection.port, keep_alive);

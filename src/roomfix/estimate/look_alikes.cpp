@@ -162,7 +162,7 @@ void weigh_names(Track& track, const PoseObservation& seen, const Event& event, 
     if (track.names.empty()) return;
     std::vector<double> before = {0}, after = {0};  // first that it is none of them
     for (PossibleName& name : track.names) {
-        const PoseObservation as = name.track.named ? seen_as(name.track.robot, seen, group) : seen;
+        const PoseObservation as = name.is_stranger() ? seen : seen_as(name.track.robot, seen, group);
         before.push_back(name.evidence);
         after.push_back(name.evidence + take_pose(name.track, as, event.source, models, group.many) -
                         (as.yaw_known == seen.yaw_known ? plain.pose : plain.place));
@@ -180,7 +180,7 @@ void start_track(Association& association, const PoseObservation& observation, c
     for (std::size_t r = 0; r < group.robots.size() && !group.many; ++r) propose_name(track, group.robots[r], models);
     if (!track.names.empty()) propose_stranger(track);
     for (PossibleName& name : track.names) {
-        if (!name.track.named || group.kind_of(name.track.robot) == group.kind_of(observation.robot)) continue;
+        if (name.is_stranger() || group.kind_of(name.track.robot) == group.kind_of(observation.robot)) continue;
         start(name.track, places_of(seen_as(name.track.robot, observation, group)), event.time, models);
     }
     association.tracks.push_back(track);
@@ -206,7 +206,7 @@ double take_assigned(Association& association, const std::vector<int>& column_of
         const PoseObservation& seen = frame.robots[static_cast<std::size_t>(column_of[t])];
         PlainEvidence plain;
         const bool of_other_kinds = std::any_of(track.names.begin(), track.names.end(), [&](const PossibleName& name) {
-            return name.track.named && group.kind_of(name.track.robot) != group.kind_of(seen.robot);
+            return !name.is_stranger() && group.kind_of(name.track.robot) != group.kind_of(seen.robot);
         });
         if (of_other_kinds && seen.yaw_known) plain.place = evidence_of_place(track, seen, event, group, models);
         plain.pose = take_as(track, track.named ? track.robot : seen.robot, seen, event, group, models);

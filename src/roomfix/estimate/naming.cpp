@@ -15,7 +15,7 @@ std::vector<char> ripe_tracks(const Association& association, const OpenNames& o
         for (const Naming& way : open.ways) agreeing += way.robots[i] == open.ways[0].robots[i] ? std::exp(way.log_weight) : 0;
         Nanoseconds since = never;
         for (const PossibleName& name : association.tracks[open.tracks[i]].names) {
-            if (!name.track.named) continue;
+            if (name.is_stranger()) continue;
             const auto known = std::find_if(open.free.begin(), open.free.end(), with_robot(name.track.robot));
             if (known != open.free.end() && known->is_missing()) since = std::max(since, name.since);
         }
@@ -63,7 +63,7 @@ Association with_names(Association association, const OpenNames& open, const std
     }
     for (Track& track : association.tracks) {
         std::erase_if(track.names, [&](const PossibleName& name) {
-            if (!name.track.named) return false;
+            if (name.is_stranger()) return false;
             const bool followed = std::any_of(association.tracks.begin(), association.tracks.end(), [&](const Track& t) { return t.is(name.track.robot); });
             return followed && std::none_of(free.begin(), free.end(), with_robot(name.track.robot));
         });

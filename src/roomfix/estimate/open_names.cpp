@@ -113,7 +113,7 @@ bool all_followed(const Association& association, Nanoseconds time, const Group&
 }
 
 double way_of_stranger(const Track& track) {
-    const auto stranger = std::find_if(track.names.begin(), track.names.end(), [](const PossibleName& name) { return !name.track.named; });
+    const auto stranger = std::find_if(track.names.begin(), track.names.end(), [](const PossibleName& name) { return name.is_stranger(); });
     return stranger == track.names.end() ? 0 : std::log(0.5 * (1 + std::exp(stranger->evidence)));
 }
 
@@ -143,11 +143,13 @@ void propose_name(Track& track, int robot, const TrackingModels& models) {
 
 OpenNames open_names(Association& association, Nanoseconds time, const Group& group, const TrackingModels& models) {
     OpenNames open;
+    const auto asks = [&](const Track& track) { return !track.named && track.sightings >= models.settings.confirmations; };
+    if (std::none_of(association.tracks.begin(), association.tracks.end(), asks)) return open;
     open.free = free_robots(association, time, group, models);
     const std::vector<FreeName> names = free_names(open.free, group, models);
     for (std::size_t t = 0; t < association.tracks.size(); ++t) {
         Track& track = association.tracks[t];
-        if (track.named || track.sightings < models.settings.confirmations) continue;
+        if (!asks(track)) continue;
         if (to_seconds(time - track.declined) >= ask_again) {
             for (const FreeRobot& one : open.free) {
                 std::erase_if(track.names, [&](const PossibleName& name) { return name.track.is(one.robot) && name.since < one.seen; });

@@ -79,6 +79,8 @@ struct PossibleName {
     double evidence = 0;    // nats for this name against no name
     Nanoseconds since = 0;  // its wheels count from here on
     double way = 0;         // m by which they have moved it
+
+    bool is_stranger() const { return !track.named; }
 };
 
 /// Cameras see where it should be, but not the robot.
