@@ -1,4 +1,4 @@
-// Any bytes as odometry, as sightings, as fixes or as truth, through to the report.
+// Any bytes as odometry, as sightings, as the times' errors, as fixes or as truth, through to the report.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -6,6 +6,7 @@
 
 #include "roomfix/connect/odometry_source.hpp"
 #include "roomfix/connect/sighting_source.hpp"
+#include "roomfix/connect/time_errors.hpp"
 #include "roomfix/evaluate/error_report.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -15,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Site site;
     site.robots.resize(1);
     site.robots[0].id = "r1";
-    switch (data[0] % 4) {
+    switch (data[0] % 5) {
         case 0:
             (void)parse_odometry(text, site, size % 2 == 0 ? 0 : -1);
             break;
@@ -39,6 +40,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 const bool range = !o.range || (*o.range > 0 && std::isfinite(*o.range) && o.range_sigma > 0);
                 const bool bearing = !o.bearing || (std::abs(*o.bearing) < 7 && o.bearing_sigma > 0);
                 if (!range || !bearing || o.landmark > 1 || o.robot != 0) __builtin_trap();
+            }
+            break;
+        }
+        case 4: {
+            const auto changes = parse_time_errors(text);
+            if (!changes) break;
+            for (const TimeErrorChange& change : *changes) {
+                if (!(change.error.sigma >= 0) || change.error.way < 0) __builtin_trap();
+                if (parse_time_errors(time_error_line(change))->front().time != change.time) __builtin_trap();
             }
             break;
         }

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <random>
@@ -44,6 +45,15 @@ protected:
             }
         }
     }
+    /// As of a camera whose clock is heard only from the third picture on.
+    void let_times_be_unsure() const {
+        for (const auto& camera : fs::directory_iterator(path("session") + "/frames")) {
+            std::vector<std::string> times;
+            for (const auto& frame : fs::directory_iterator(camera)) times.push_back(std::to_string(std::stoll(frame.path().stem().string())));
+            std::sort(times.begin(), times.end(), [](const std::string& a, const std::string& b) { return std::stoll(a) < std::stoll(b); });
+            std::ofstream(camera.path() / "time-errors.csv") << "nanoseconds,sigma,way\n" << times.at(0) << ",0.050000,1\n" << times.at(2) << ",0.003000,0\n";
+        }
+    }
     fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_record_{}", getpid());
 };
 
@@ -76,6 +86,7 @@ TEST_F(Record, ReplayOfARecordingGivesTheSameBytes) {
     for (const auto& [scenario, seconds] : {std::pair{"li2014", 0.5}, std::pair{"kim2011-drive", 1.5}}) {
         SCOPED_TRACE(scenario);
         simulate(scenario, seconds);
+        let_times_be_unsure();
         const std::string record = fmt::format("run {}/site.yaml --no-page --speed 0 --fixes {} --record {}", path("session"), path("ran.jsonl"), path("same"));
         expect_says(call(record), 0, "recorded to");
         const Outcome replayed = call(fmt::format("replay {} --fixes {}", path("same"), path("replayed.jsonl")));

@@ -106,7 +106,7 @@ Measured measure(FrameSource& source, const std::function<bool(const Measured&)>
         const auto more = source.next(frame);
         if (!more || !*more) continue;
         measured.note = source.note();
-        measured.sigma = frame.time_sigma;
+        measured.sigma = frame.time_error.sigma;
         measured.encoded = frame.encoded.size();
         measured.disordered += frame.time <= last;
         last = frame.time;

@@ -60,7 +60,7 @@ TEST(V4l2Camera, GivesTheNewestWholePictureAndTheMiddleOfItsExposure) {
         // The exposure began 0.05 s ago and took 8 ms.
         EXPECT_GE(to_seconds(frame.time - before), -0.046 - 1e-3);
         EXPECT_LE(to_seconds(frame.time - system_now()), -0.046 + 1e-3);
-        EXPECT_LE(frame.time_sigma, 0.002);
+        EXPECT_LE(frame.time_error.sigma, 0.002);
         EXPECT_EQ(frame.image.width(), 32);
         EXPECT_EQ(frame.image.row(23)[31], 128);  // (126 - 16) * 255 / 219
         EXPECT_EQ(frame.colour.channels, 1);      // there is no colour in it
@@ -201,19 +201,19 @@ TEST(V4l2Camera, TimeStampsOfAllKindsBecomeTheMiddleOfTheExposure) {
     const auto after_now = [&](const StampedTime& t) { return to_seconds(t.time - now.system); };
     const StampedTime start = middle_of_exposure({999.9, true, true}, now, 0.01, 0.04);
     EXPECT_NEAR(after_now(start), -0.095, 1e-6);
-    EXPECT_NEAR(start.sigma, 0.001, 1e-9);
+    EXPECT_NEAR(start.error.sigma, 0.001, 1e-9);
     // An exposure of unknown length, of which only the end of reading out is known: anywhere within the interval.
     const StampedTime end = middle_of_exposure({999.9, true, false}, now, std::nullopt, 0.04);
     EXPECT_NEAR(after_now(end), -0.13, 1e-6);
-    EXPECT_GT(end.sigma, 0.01);
+    EXPECT_GT(end.error.sigma, 0.01);
     // Rows that are exposed one after another: the middle one is meant.
     EXPECT_NEAR(after_now(middle_of_exposure({999.9, true, true}, now, 0.01, 0.04, 0.02)), -0.085, 1e-6);
     const StampedTime read_out = middle_of_exposure({999.9, true, false}, now, 0.01, 0.04, 0.02);
     EXPECT_NEAR(after_now(read_out), -0.115, 1e-6);
-    EXPECT_NEAR(read_out.sigma, 0.001, 1e-9);
+    EXPECT_NEAR(read_out.error.sigma, 0.001, 1e-9);
     for (const BufferStamp& strange : {BufferStamp{999.9, false, true}, BufferStamp{1e6, true, true}, BufferStamp{3, true, true}}) {
         EXPECT_EQ(middle_of_exposure(strange, now, 0.01, 0.04).time, now.system);
-        EXPECT_GT(middle_of_exposure(strange, now, 0.01, 0.04).sigma, 0.02);
+        EXPECT_GT(middle_of_exposure(strange, now, 0.01, 0.04).error.sigma, 0.02);
     }
 }
 

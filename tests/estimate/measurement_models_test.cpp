@@ -117,7 +117,7 @@ TEST(MeasurementModels, LandmarkPixelsHaveTheDerivativesOfAnIndependentFormula) 
         LandmarkObservation seen;
         for (int i = 0; i < 3; ++i) seen.points.push_back({{320, 240}, Eigen::Matrix2d::Identity()});
         const KnownLandmark landmark{4, &points, 0.002};
-        add_slow_states(belief, landmark, source);
+        add_slow_states(belief, landmark, source, {});
         const auto l = linearise_points<3>(belief, seen, landmark, source);
         ASSERT_TRUE(l);
         const Unknowns u = at(belief.pose());
@@ -145,7 +145,7 @@ TEST(MeasurementModels, CornersHaveTheDerivativesOfAnIndependentFormula) {
         corner.sigma = 0.002;
         CornerObservation seen;
         for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, 5, i, 1, 0});
-        add_slow_states(belief, source);
+        add_slow_states(belief, source, {});
         // Seen exactly as predicted: there the rotation's residual is its difference to first order.
         const Eigen::Matrix3d corner_from_map = Eigen::AngleAxisd(-corner.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
         seen.view.corner_from_camera = corner_from_map * map_from_robot(belief.pose()).linear() * camera.robot_from_camera.pose.linear();
@@ -274,6 +274,37 @@ TEST(MeasurementModels, ALaterRowShowsTheRobotFurtherOnItsWay) {
     expect_moved_on<8>(
         belief, late, [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, camera); },
         [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, {}); });
+}
+
+TEST(MeasurementModels, WhatWasLearnedOfTimesThatAreToldInOneWaySaysNothingOfAnother) {
+    Belief belief = belief_at({1, 2, 0}, 1e-8 * Eigen::Matrix3d::Identity(), 1e-4, 1e-4, {});
+    belief.mean[state_vx] = 2;
+    const PoseSource camera;
+    PoseObservation seen;
+    seen.pose = {1.1, 2, 0};  // where it will be 0.05 s later
+    seen.covariance = 1e-6 * Eigen::Matrix3d::Identity();
+    seen.time_error = {0.05, 1};
+    const auto spread = [&](const PoseObservation& o) {
+        Belief prepared = belief;
+        add_slow_states(prepared, o, camera);
+        const Linearised<3> l = linearise_pose(prepared, o, camera);
+        const double off = l.residual.x();
+        const int last = l.states[l.states.size() - 1];
+        const double by = l.by_state(0, static_cast<Eigen::Index>(l.states.size()) - 1);
+        return std::pair{off, std::sqrt(by * by * prepared.covariance(last, last))};
+    };
+    EXPECT_NEAR(spread(seen).second, 0.1, 1e-6);  // m: 2 m/s for 0.05 s
+    add_slow_states(belief, seen, camera);
+    update(belief, linearise_pose(belief, seen, camera), {0, std::numeric_limits<double>::infinity(), -10});
+    EXPECT_NEAR(belief.mean[0], 1, 1e-3);
+    EXPECT_NEAR(spread(seen).first, 0, 1e-3);
+    EXPECT_LT(spread(seen).second, 0.005);
+    seen.time_error.way = 2;
+    EXPECT_NEAR(spread(seen).first, 0.1, 1e-3);
+    EXPECT_NEAR(spread(seen).second, 0.1, 1e-6);
+    seen.time_error = {};
+    add_slow_states(belief, seen, camera);
+    EXPECT_FALSE(find_slow(belief, SlowKind::time_offset, camera.source, 0));
 }
 
 TEST(MeasurementModels, ABoxIsMeantToFaceTheNearestOfTheWaysThatLookTheSame) {

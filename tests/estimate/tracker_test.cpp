@@ -325,7 +325,7 @@ TEST(Tracker, LearnsHowFarACamerasTimeStampsAreOff) {
         }
         const auto index = find_slow(tracker.track(0)->belief.best(), SlowKind::time_offset, tracker.models().fixed.rbegin()->first - 1, 0);
         EXPECT_EQ(index.has_value(), told);
-        EXPECT_NEAR(index ? tracker.track(0)->belief.best().mean[*index] : -late, -late, 0.015);
+        EXPECT_NEAR(index ? camera.time_offset_sigma * tracker.track(0)->belief.best().mean[*index] : -late, -late, 0.015);
     }
     EXPECT_LT(errors[1], 0.5 * errors[0]);
 }

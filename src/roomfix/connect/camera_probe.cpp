@@ -50,7 +50,7 @@ Result<CameraProbe> probe_camera(const std::string& source) {
         }
         const double seconds = std::chrono::duration<double>(now() - first).count();
         if (count > first_counted) probe.rate = static_cast<double>(came - before) / seconds;
-        if (count >= least_pictures && probe.picture.time_sigma < known_time) break;
+        if (count >= least_pictures && probe.picture.time_error.sigma < known_time) break;
         if (std::chrono::duration<double>(now() - opened_at).count() > longest) break;
     }
     if (auto decoded = camera.decode(probe.picture); !decoded) return about(source, decoded.error());

@@ -14,6 +14,7 @@
 #include "roomfix/base/number.hpp"
 #include "roomfix/connect/network_camera.hpp"
 #include "roomfix/connect/reconnecting_source.hpp"
+#include "roomfix/connect/time_errors.hpp"
 #include "roomfix/connect/v4l2_camera.hpp"
 #include "roomfix/imaging/load_luma.hpp"
 #include "roomfix/imaging/y4m.hpp"
@@ -47,13 +48,14 @@ Result<PictureFile> encoded(const cv::Mat& picture, const char* ending, const st
 
 class FolderSource : public FrameSource {
 public:
-    explicit FolderSource(std::vector<fs::path> files) : files_(std::move(files)) {}
+    FolderSource(std::vector<fs::path> files, std::vector<TimeErrorChange> time_errors) : files_(std::move(files)), time_errors_(std::move(time_errors)) {}
 
     Result<bool> advance(SourceFrame& frame) override {
         if (next_ == files_.size()) return false;
         const fs::path& file = files_[next_];
         const auto stamp = parse_integer(file.stem().string());
         frame.time = stamp ? *stamp : from_seconds(0.1 * static_cast<double>(next_));
+        frame.time_error = time_error_at(time_errors_, frame.time);
         frame.name = file.filename().string();
         ++next_;
         return true;
@@ -69,6 +71,7 @@ public:
 private:
     bool keeps_files_ = false;
     std::vector<fs::path> files_;
+    std::vector<TimeErrorChange> time_errors_;
     std::size_t next_ = 0;
     std::vector<std::uint8_t> buffer_;
 };
@@ -131,7 +134,13 @@ Result<std::unique_ptr<FrameSource>> open_folder(const fs::path& folder) {
         const auto y = parse_integer(b.stem().string());
         return x && y ? *x < *y : a.filename() < b.filename();
     });
-    return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::move(files)));
+    std::vector<TimeErrorChange> time_errors;
+    if (const fs::path file = folder / time_errors_name; fs::exists(file, failure)) {
+        auto read = read_time_errors(file);
+        if (!read) return read.error();
+        time_errors = std::move(*read);
+    }
+    return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::move(files), std::move(time_errors)));
 }
 
 /// What opens a live camera; nothing for a recording.
@@ -176,7 +185,7 @@ Result<std::unique_ptr<FrameSource>> open_source(const std::string& source, cons
     const fs::path path(source);
     if (!fs::exists(path, failure)) return Error{fmt::format("{}: does not exist: check 'source' in the site file", source)};
     if (fs::is_directory(path, failure)) return open_folder(path);
-    if (is_picture(path)) return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::vector{path}));
+    if (is_picture(path)) return std::unique_ptr<FrameSource>(std::make_unique<FolderSource>(std::vector{path}, std::vector<TimeErrorChange>{}));
     try {
         cv::VideoCapture capture;
         capture.setExceptionMode(false);

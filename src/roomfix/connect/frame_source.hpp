@@ -12,6 +12,7 @@
 #include "roomfix/imaging/colour_image.hpp"
 #include "roomfix/imaging/luma.hpp"
 #include "roomfix/imaging/yuv_picture.hpp"
+#include "roomfix/observation/time_error.hpp"
 #include "roomfix/site/capture.hpp"
 
 namespace roomfix {
@@ -26,7 +27,7 @@ struct SourceFrame {
     LumaImage image;
     ColourImage colour;  // of the same frame
     Nanoseconds time = 0;
-    double time_sigma = 0;                      // s: how far the time may be off, as far as the source knows
+    TimeError time_error;
     std::string name;                           // file name, or the frame's number in a video
     std::vector<std::uint8_t> encoded;          // the JPEG as a live camera gave it; empty where it gave something else
     std::function<Result<PictureFile>()> file;  // once, from any thread: the frame as it came; empty unless the source was told to keep it

@@ -171,7 +171,7 @@ Result<bool> NetworkCamera::advance(SourceFrame& frame) {
     }
     given_ = std::move(*picture);
     frame.time = given_.stamp.time;
-    frame.time_sigma = given_.stamp.sigma;
+    frame.time_error = given_.stamp.error;
     frame.name = std::to_string(++frames_);
     return true;
 }

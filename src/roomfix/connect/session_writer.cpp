@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "roomfix/connect/fix_json.hpp"
 #include "roomfix/connect/sensed_lines.hpp"
+#include "roomfix/connect/time_errors.hpp"
 
 namespace roomfix {
 namespace {
@@ -66,17 +69,33 @@ Result<void> SessionWriter::make_line_files() {
     return {};
 }
 
-Result<void> SessionWriter::add_frame(const std::string& camera, Nanoseconds time, const PictureFile& picture) {
+Result<void> SessionWriter::add_frame(const std::string& camera, Nanoseconds time, const TimeError& time_error, const PictureFile& picture) {
     const fs::path frames = folder_ / "frames" / camera;
     const auto last = last_frame_.find(camera);
-    if (last != last_frame_.end() && last->second == time) {
+    if (last != last_frame_.end() && last->second.time == time) {
         return Error{fmt::format("camera {}: two frames have the same time: the second one is not recorded; check the camera's clock", camera)};
     }
     if (auto written = write_whole(frames / fmt::format("{:012}.{}", time, picture.ending), picture.bytes); !written) return written;
     std::error_code failure;
     if (last == last_frame_.end()) fs::remove(frames / no_frames_mark, failure);
-    last_frame_[camera] = time;
+    last_frame_[camera].time = time;
     other_bytes_ += static_cast<std::int64_t>(picture.bytes.size());
+    return note_time_error(camera, time, time_error);
+}
+
+/// Only what changes is written. Without a line the time is right.
+Result<void> SessionWriter::note_time_error(const std::string& camera, Nanoseconds time, const TimeError& error) {
+    constexpr double as_large = 0.1;
+    LastFrame& last = last_frame_[camera];
+    if (error.way == last.time_error.way && std::abs(error.sigma - last.time_error.sigma) <= as_large * last.time_error.sigma) return {};
+    if (!last.time_errors) {
+        auto file = LineFile::create(folder_ / "frames" / camera / time_errors_name, time_error_columns);
+        if (!file) return file.error();
+        last.time_errors = lines_.size();
+        lines_.push_back(std::move(*file));
+    }
+    last.time_error = error;
+    lines_[*last.time_errors].add(time_error_line({time, error}));
     return {};
 }
 

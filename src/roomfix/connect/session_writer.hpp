@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "roomfix/observation/odometry_observation.hpp"
 #include "roomfix/observation/range_observation.hpp"
 #include "roomfix/observation/sighting_observation.hpp"
+#include "roomfix/observation/time_error.hpp"
 #include "roomfix/site/site.hpp"
 
 namespace roomfix {
@@ -40,7 +42,7 @@ public:
     static Result<std::unique_ptr<SessionWriter>> create(const std::filesystem::path& folder, std::shared_ptr<const SessionContent> content,
                                                          const std::filesystem::path& before = {});
 
-    Result<void> add_frame(const std::string& camera, Nanoseconds time, const PictureFile& picture);
+    Result<void> add_frame(const std::string& camera, Nanoseconds time, const TimeError& time_error, const PictureFile& picture);
     void add(const RangeObservation& range);
     void add(const RangeDifferenceObservation& difference);
     void add(const OdometryObservation& pose);
@@ -67,9 +69,16 @@ private:
 
     std::filesystem::path folder_;
     std::shared_ptr<const SessionContent> content_;
-    std::map<std::string, Nanoseconds> last_frame_;  // of each camera that gave one
-    std::vector<LineFile> lines_;                    // in the order of `LineKind`
-    bool range_differences_ = false;                 // the columns that ranges.csv named last
+    struct LastFrame {
+        Nanoseconds time = 0;
+        TimeError time_error;
+        std::optional<std::size_t> time_errors;  // the place of their file in `lines_`
+    };
+    Result<void> note_time_error(const std::string& camera, Nanoseconds time, const TimeError& error);
+
+    std::map<std::string, LastFrame> last_frame_;  // of each camera that gave one
+    std::vector<LineFile> lines_;                  // in the order of `LineKind`, then those of the cameras
+    bool range_differences_ = false;               // the columns that ranges.csv named last
     std::int64_t other_bytes_ = 0;
 };
 

@@ -19,6 +19,8 @@ constexpr double earliest = -0.005;     // s: a picture that comes sooner than t
 constexpr double latest = 2;            // s: and so does one that comes later
 constexpr double unknown_delay = 0.05;  // s, 1 sigma: from exposure to arrival, of a camera of which nothing is known
 constexpr double stated_sigma = 0.005;  // s, of a delay that the site states
+constexpr double held_up = 0.05;        // s, on average: what comes later than at its soonest, where a connection is new
+constexpr int by_wall_clock = 0;        // a way to tell times; every connection has one of its own to tell them by arrival
 constexpr double smoothing = 0.05;
 
 }  // namespace
@@ -75,12 +77,15 @@ void StreamClock::restart() {
     wall_state_ = Wall::none;
     has_media_ = false;
     last_media_.reset();
+    ++connection_;
+    since_restart_ = 0;
     last_steady_ = last_interval_ = 0;
 }
 
 void StreamClock::follow_media(const FrameArrival& arrival) {
     has_media_ = arrival.media.has_value();
     if (has_media_) media_.add(arrival.steady, arrival.steady - *arrival.media);
+    ++since_restart_;
 }
 
 /// A sender's wall clock is believed if pictures come after they were taken, and not much later.
@@ -102,14 +107,16 @@ void StreamClock::note_intervals(const FrameArrival& arrival) {
     last_steady_ = arrival.steady;
 }
 
-StampedTime StreamClock::by_wall(const FrameArrival& arrival) const { return {*arrival.wall, clocks_agree}; }
+StampedTime StreamClock::by_wall(const FrameArrival& arrival) const { return {*arrival.wall, {clocks_agree, by_wall_clock}}; }
 
 StampedTime StreamClock::by_arrival(const FrameArrival& arrival) const {
     const double late = has_media_ ? std::max(0.0, arrival.steady - *arrival.media - media_.at(arrival.steady)) : 0;
     const double jitter = has_media_ ? 0.2 * media_.jitter() : unevenness_;
     const double delay = stated_delay_.value_or(learned_delay_.value_or(0));
     const double sigma = stated_delay_ || learned_delay_ ? stated_sigma : unknown_delay;
-    return {arrival.system - from_seconds(late + delay), std::hypot(sigma, jitter)};
+    // The soonest of n pictures is later than any could be, by 1/n of how late they come on average.
+    const double unsettled = held_up / std::max(since_restart_, 1);
+    return {arrival.system - from_seconds(late + delay), {std::hypot(sigma, jitter, unsettled), connection_}};
 }
 
 StampedTime StreamClock::stamp(const FrameArrival& arrival) {
@@ -128,7 +135,7 @@ StampedTime StreamClock::stamp(const FrameArrival& arrival) {
 }
 
 std::string StreamClock::told() const {
-    const int sigma = static_cast<int>(std::ceil(1e3 * last_.sigma));
+    const int sigma = static_cast<int>(std::ceil(1e3 * last_.error.sigma));
     switch (wall_state_) {
         case Wall::usable:
             return fmt::format("times are the camera's own, +-{} ms if its clock follows NTP; pictures take {:.0f} ms to come", sigma,

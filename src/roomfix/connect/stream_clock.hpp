@@ -6,6 +6,7 @@
 #include <string>
 
 #include "roomfix/base/time.hpp"
+#include "roomfix/observation/time_error.hpp"
 
 namespace roomfix {
 
@@ -19,7 +20,7 @@ struct FrameArrival {
 
 struct StampedTime {
     Nanoseconds time = 0;  // of our clock
-    double sigma = 0;      // s
+    TimeError error;
 };
 
 /// The least of (our clock minus another clock) as it changes: the straight line below all points of the last minute that lies closest to them. Its slope is
@@ -77,6 +78,8 @@ private:
     double last_steady_ = 0;            // s, of the picture before
     double last_interval_ = 0;          // s
     double unevenness_ = 0;             // s, of the intervals between pictures
+    int connection_ = 1;
+    int since_restart_ = 0;  // pictures
     StampedTime last_;
 };
 

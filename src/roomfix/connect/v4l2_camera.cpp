@@ -198,7 +198,7 @@ Result<bool> V4l2Camera::advance(SourceFrame& frame) {
                                 (held_->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE};
         const StampedTime stamped = middle_of_exposure(stamp, clocks_now(), applied_.exposure, interval_, readout_);
         frame.time = stamped.time;
-        frame.time_sigma = stamped.sigma;
+        frame.time_error = stamped.error;
         frame.name = std::to_string(++frames_);
         if (frames_ % 100 == 1) note_times(stamped);
         return true;
@@ -208,7 +208,7 @@ Result<bool> V4l2Camera::advance(SourceFrame& frame) {
 
 void V4l2Camera::note_times(const StampedTime& stamped) {
     note_ = fmt::format("{} x {}, {}, {:.3g} pictures/s; times are the driver's, +-{:.0f} ms", mode_.width, mode_.height, name_of(mode_.format), 1 / interval_,
-                        std::ceil(1e3 * stamped.sigma));
+                        std::ceil(1e3 * stamped.error.sigma));
     if (!applied_.told.empty()) note_ += "; " + applied_.told;
 }
 

@@ -75,16 +75,16 @@ AppliedSettings apply_settings(VideoDevice& device, const CaptureSettings& wante
 
 StampedTime middle_of_exposure(const BufferStamp& stamp, const ClockPair& now, std::optional<double> exposure, double interval, double readout) {
     const double age = now.monotonic - stamp.seconds;
-    if (!stamp.monotonic || age < -clock_sigma || age > oldest) return {now.system, arrival_sigma};
+    if (!stamp.monotonic || age < -clock_sigma || age > oldest) return {now.system, {arrival_sigma}};
     // What nobody states lies anywhere from nothing to a whole interval.
     constexpr double spread = 0.289;  // of an interval, 1 sigma of what lies evenly within it
     const double half = 0.5 * exposure.value_or(0.5 * interval);
     const double half_sigma = exposure ? 0 : 0.5 * spread * interval;
-    if (stamp.start_of_exposure) return {now.system + from_seconds(half + 0.5 * readout - age), std::hypot(clock_sigma, half_sigma)};
+    if (stamp.start_of_exposure) return {now.system + from_seconds(half + 0.5 * readout - age), {std::hypot(clock_sigma, half_sigma)}};
     // Read out is it once its last row is.
     const double since_middle_row = readout > 0 ? 0.5 * readout : 0.5 * interval;
     const double readout_sigma = readout > 0 ? 0 : spread * interval;
-    return {now.system + from_seconds(-half - since_middle_row - age), std::hypot(clock_sigma, half_sigma, readout_sigma)};
+    return {now.system + from_seconds(-half - since_middle_row - age), {std::hypot(clock_sigma, half_sigma, readout_sigma)}};
 }
 
 }  // namespace roomfix

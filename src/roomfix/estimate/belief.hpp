@@ -28,7 +28,7 @@ enum class SlowKind : std::uint8_t {
     bearing_bias,     // rad, of a detector's bearings to all landmarks alike
     bearing_wander,   // rad, likewise, what changes with the place
     receiver_place,   // m, along one of the robot's axes, which `component` is; `source` is the receiver
-    time_offset,      // s, how much later than stated a camera's pictures were taken
+    time_offset,      // 1, how much later than stated a camera's pictures were taken, in standard deviations; `component` is the way their times are told
     calibration,      // 1, of a camera's pose in the map or on the robot: six, in units of standard deviations
     body,             // 1, of what a robot's description leaves out: three, in units of standard deviations, for each camera that may show it alone
     landmark_place,   // 1, of a landmark's position: x, y, z, in units of its standard deviation; `source` is its index

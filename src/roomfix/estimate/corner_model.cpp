@@ -2,12 +2,13 @@
 
 #include "roomfix/estimate/iterated_update.hpp"
 #include "roomfix/estimate/pose_model.hpp"
+#include "roomfix/estimate/time_error_model.hpp"
 #include "roomfix/geometry/row_time.hpp"
 
 namespace roomfix {
 
-void add_slow_states(Belief& belief, int number, const OnboardSource& source) {
-    add_slow_states(belief, source);
+void add_slow_states(Belief& belief, int number, const OnboardSource& source, const TimeError& error) {
+    add_slow_states(belief, source, error);
     for (int i = 0; i < 3; ++i) ensure_slow(belief, {SlowKind::corner_place, number, i, 1, 1e-5});
 }
 
@@ -43,10 +44,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
         column = late * l.by_state.col(i);
         l.depends(state_vx + i, column);
     }
-    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
-        const Vector5d by_time = l.by_state.leftCols<3>() * belief.velocity();
-        l.depends_on_slow(belief, *offset, by_time);
-    }
+    depends_on_time<5>(l, belief, source.source, source.time_offset_sigma, seen.time_error, l.by_state.leftCols<3>() * belief.velocity());
 
     for (int i = 0; i < 3; ++i) {
         column.head<3>().setZero();
@@ -67,7 +65,7 @@ std::optional<Linearised<5>> linearise_corner(const Belief& belief, const Corner
 
 std::optional<Innovation> update_corner(Belief& belief, const CornerObservation& seen, const SiteCorner& corner, int number, const OnboardSource& source,
                                         const OutlierModel& outliers) {
-    add_slow_states(belief, number, source);
+    add_slow_states(belief, number, source, seen.time_error);
     return iterated_update<5>(belief, outliers, [&](const Belief& at) { return linearise_corner(at, seen, corner, number, source); });
 }
 

@@ -6,8 +6,8 @@
 
 namespace roomfix {
 
-/// Prepares the slow states of the mount's errors, and of the corner's place. `number`: its index in the site.
-void add_slow_states(Belief& belief, int number, const OnboardSource& source);
+/// Prepares the slow states of the mount's and the time's errors, and of the corner's place. `number`: its index in the site.
+void add_slow_states(Belief& belief, int number, const OnboardSource& source, const TimeError& error);
 
 /// `number`: the corner's index in the site, for the error of its position. Residual: rotation about the corner's x, y, z (rad), then place. Nothing for a
 /// camera at or above the corner.

@@ -12,6 +12,7 @@
 #include "roomfix/observation/pose_observation.hpp"
 #include "roomfix/observation/range_observation.hpp"
 #include "roomfix/observation/sighting_observation.hpp"
+#include "roomfix/observation/time_error.hpp"
 
 namespace roomfix {
 
@@ -40,6 +41,7 @@ struct TagSighting {
     int robot = 0;
     FixedList<PointSighting, 4> corners;  // bottom left, bottom right, top right, top left, as the tag is read
     std::vector<PlaceProposal> proposals;
+    TimeError time_error;
 };
 
 struct CornerSighting {

@@ -2,6 +2,7 @@
 
 #include "roomfix/estimate/iterated_update.hpp"
 #include "roomfix/estimate/pose_model.hpp"
+#include "roomfix/estimate/time_error_model.hpp"
 #include "roomfix/geometry/row_time.hpp"
 
 namespace roomfix {
@@ -12,17 +13,15 @@ OnboardSource onboard_source(int source, const CameraOnRobot& camera) {
     return made;
 }
 
-void add_slow_states(Belief& belief, const OnboardSource& source) {
-    if (source.time_offset_sigma > 0) {
-        ensure_slow(belief, {SlowKind::time_offset, source.source, 0, source.time_offset_sigma * source.time_offset_sigma, 1e-3});
-    }
+void add_slow_states(Belief& belief, const OnboardSource& source, const TimeError& error) {
+    add_time_error(belief, source.source, source.time_offset_sigma, error);
     for (int i = 0; i < 6; ++i) {
         if (source.calibration.col(i).squaredNorm() > 1e-12) ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1e-4});
     }
 }
 
-void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, int directions) {
-    add_slow_states(belief, source);
+void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, const TimeError& error, int directions) {
+    add_slow_states(belief, source, error);
     for (int i = 0; i < directions; ++i) ensure_slow(belief, {SlowKind::landmark_place, landmark.number, i, 1, 1e-5});
 }
 
@@ -48,7 +47,7 @@ std::optional<Linearised<2 * Points>> linearise_points(const Belief& belief, con
     }
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
     for (int i = 0; i < 3 && source.readout > 0; ++i) l.depends(state_vx + i, by_velocity.col(i));
-    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
+    depends_on_time<2 * Points>(l, belief, source.source, source.time_offset_sigma, seen.time_error, by_pose * belief.velocity());
     for (int i = 0; i < 3; ++i) {
         const Eigen::Matrix<double, 2 * Points, 1> column = landmark.sigma * by_place.col(i);
         l.depends_on_error(belief, SlowKind::landmark_place, landmark.number, i, column);
@@ -69,7 +68,7 @@ std::optional<Innovation> update_landmark(Belief& belief, const LandmarkObservat
                                           const OutlierModel& outliers) {
     const std::size_t count = landmark.points->size();
     if (seen.points.size() != count) return std::nullopt;
-    add_slow_states(belief, landmark, source);
+    add_slow_states(belief, landmark, source, seen.time_error);
     if (count == 3) return iterated_update<6>(belief, outliers, [&](const Belief& at) { return linearise_points<3>(at, seen, landmark, source); });
     if (count == 4) return iterated_update<8>(belief, outliers, [&](const Belief& at) { return linearise_points<4>(at, seen, landmark, source); });
     return std::nullopt;

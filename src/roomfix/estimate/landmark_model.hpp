@@ -27,8 +27,8 @@ struct KnownLandmark {
 
 /// Prepares the slow states of the mount's and the time stamps' errors, and of the landmark's place: x, y and, with 3 directions, z. An error without a state
 /// is taken for noise.
-void add_slow_states(Belief& belief, const OnboardSource& source);
-void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, int directions = 2);
+void add_slow_states(Belief& belief, const OnboardSource& source, const TimeError& error);
+void add_slow_states(Belief& belief, const KnownLandmark& landmark, const OnboardSource& source, const TimeError& error, int directions = 2);
 
 /// The observation's points are in the landmark's order. Nothing where one of them is out of the camera's sight. `Points`: 3 for LEDs,
 /// 4 for a tag.

@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "roomfix/estimate/time_error_model.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -25,11 +27,8 @@ Pose2 moved(const Belief& belief, double seconds) {
     return {pose.x + way.x(), pose.y + way.y(), pose.yaw + way.z()};
 }
 
-void add_slow_states(Belief& belief, const PoseSource& source) {
-    if (source.time_offset_sigma > 0) {
-        const double variance = source.time_offset_sigma * source.time_offset_sigma;
-        ensure_slow(belief, {SlowKind::time_offset, source.source, 0, variance, 1e-3});
-    }
+void add_slow_states(Belief& belief, const PoseSource& source, const TimeError& error) {
+    add_time_error(belief, source.source, source.time_offset_sigma, error);
     for (int i = 0; i < 6 && !source.calibrated_exactly; ++i) {
         ensure_slow(belief, {SlowKind::calibration, source.source, i, 1, 1 / source.calibration_memory});
     }
@@ -38,7 +37,7 @@ void add_slow_states(Belief& belief, const PoseSource& source) {
 void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source) {
     PoseSource known = source;
     if (!by_calibration(observation, source)) known.calibrated_exactly = true;
-    add_slow_states(belief, known);
+    add_slow_states(belief, known, observation.time_error);
     for (int i = 0; i < 3; ++i) {
         if (observation.lasting.root.col(i).isZero(0)) continue;
         ensure_slow(belief, {SlowKind::body, source.source, component_of(observation.lasting, i), 1, 1 / source.body_memory});
@@ -53,9 +52,7 @@ Linearised<3> linearise_pose(const Belief& belief, const PoseObservation& observ
     l.noise = observation.covariance;
     for (int i = 0; i < 3; ++i) l.depends(i, Eigen::Vector3d::Unit(i));
     for (int i = 0; i < 3 && observation.late != 0; ++i) l.depends(state_vx + i, observation.late * Eigen::Vector3d::Unit(i));
-    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) {
-        l.depends_on_slow(belief, *offset, belief.velocity());
-    }
+    depends_on_time<3>(l, belief, source.source, source.time_offset_sigma, observation.time_error, belief.velocity());
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d column = observation.lasting.root.col(i);
         const auto slow = find_slow(belief, SlowKind::body, source.source, component_of(observation.lasting, i));

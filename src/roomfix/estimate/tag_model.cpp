@@ -1,11 +1,12 @@
 #include "roomfix/estimate/tag_model.hpp"
 
+#include "roomfix/estimate/time_error_model.hpp"
 #include "roomfix/geometry/row_time.hpp"
 
 namespace roomfix {
 
 std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList<PointSighting, 4>& seen, const View& view, const SiteRobot& robot,
-                                           const PoseSource& source) {
+                                           const PoseSource& source, const TimeError& error) {
     if (!robot.tag || seen.size() != 4) return std::nullopt;
     const auto points = own_points(*robot.tag);
     Linearised<8> l;
@@ -28,7 +29,7 @@ std::optional<Linearised<8>> linearise_tag(const Belief& belief, const FixedList
     }
     for (int i = 0; i < 3; ++i) l.depends(i, by_pose.col(i));
     for (int i = 0; i < 3 && source.readout > 0; ++i) l.depends(state_vx + i, by_velocity.col(i));
-    if (const auto offset = find_slow(belief, SlowKind::time_offset, source.source, 0)) l.depends_on_slow(belief, *offset, by_pose * belief.velocity());
+    depends_on_time<8>(l, belief, source.source, source.time_offset_sigma, error, by_pose * belief.velocity());
     for (int i = 0; i < 6; ++i) {
         const Eigen::Matrix<double, 8, 1> column = by_calibration.col(i);
         l.depends_on_error(belief, SlowKind::calibration, source.source, i, column);

@@ -333,9 +333,9 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             const View& view = models.views.at(event.source);
             const SiteRobot& robot = models.site.robots[static_cast<std::size_t>(s.robot)];
             return fuse_with(s.proposals, [&](Belief& b) {
-                add_slow_states(b, camera);
+                add_slow_states(b, camera, s.time_error);
                 return iterated_update<8>(b, outlier_model_over(8, 100, models.settings),
-                                          [&](const Belief& at) { return linearise_tag(at, s.corners, view, robot, camera); });
+                                          [&](const Belief& at) { return linearise_tag(at, s.corners, view, robot, camera, s.time_error); });
             });
         }
         double operator()(const LandmarkSighting& s) const {

@@ -49,15 +49,16 @@ struct Learner {
     }
     void operator()(const TagSighting& s) const {
         const PoseSource& errors = models.fixed.at(source);
-        add_slow_states(bound.belief(), errors);
-        if (const auto l = linearise_tag(bound.belief(), s.corners, models.views.at(source), models.site.robots[static_cast<std::size_t>(s.robot)], errors)) {
+        add_slow_states(bound.belief(), errors, s.time_error);
+        if (const auto l = linearise_tag(bound.belief(), s.corners, models.views.at(source), models.site.robots[static_cast<std::size_t>(s.robot)], errors,
+                                         s.time_error)) {
             bound.learn(*l);
         }
     }
     void operator()(const SeenLandmark& s) const {
         const OnboardSource& camera = models.onboard.at(source);
         const KnownLandmark landmark = models.landmark(s.landmark);
-        add_slow_states(bound.belief(), landmark, camera);
+        add_slow_states(bound.belief(), landmark, camera, s.seen.time_error);
         if (s.seen.points.size() == 3) {
             if (const auto l = linearise_points<3>(bound.belief(), s.seen, landmark, camera)) bound.learn(*l);
         } else {
@@ -66,7 +67,7 @@ struct Learner {
     }
     void operator()(const SeenCorner& s) const {
         const OnboardSource& camera = models.onboard.at(source);
-        add_slow_states(bound.belief(), s.corner, camera);
+        add_slow_states(bound.belief(), s.corner, camera, s.seen.time_error);
         const SiteCorner& corner = models.site.corners[static_cast<std::size_t>(s.corner)];
         if (const auto l = linearise_corner(bound.belief(), s.seen, corner, s.corner, camera)) bound.learn(*l);
     }

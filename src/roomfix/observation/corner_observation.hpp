@@ -8,6 +8,7 @@
 
 #include "roomfix/base/fixed_list.hpp"
 #include "roomfix/geometry/camera_model.hpp"
+#include "roomfix/observation/time_error.hpp"
 
 namespace roomfix {
 
@@ -39,6 +40,7 @@ enum class MouldingEdge { none_seen, lower, upper };
 
 struct CornerObservation {
     CornerView view;
+    TimeError time_error;
     double wall_angle = std::numbers::pi / 2;  // rad, between the two walls, inside the room
     // Rotation about the corner's x, y, z (rad): true = Exp(d) * corner_from_camera; then place. As if the intrinsics were exact.
     Matrix5d covariance = Matrix5d::Identity();

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "roomfix/base/fixed_list.hpp"
+#include "roomfix/observation/time_error.hpp"
 
 namespace roomfix {
 
@@ -17,6 +18,7 @@ struct PointSighting {
 struct LandmarkObservation {
     FixedList<PointSighting, 4> points;  // in the order of own_points()
     FixedList<int, 4> shapes;            // that it may have, indices of landmark_shapes()
+    TimeError time_error;
 };
 
 }  // namespace roomfix

@@ -6,6 +6,7 @@
 
 #include "roomfix/geometry/pose.hpp"
 #include "roomfix/observation/silhouette_observation.hpp"
+#include "roomfix/observation/time_error.hpp"
 
 namespace roomfix {
 
@@ -20,7 +21,8 @@ struct PoseObservation {
     FixedList<double, most_kinds> kinds;                                               // as of a SilhouetteObservation
     double tells_kind = 0.3;                                                           // where `kinds` is empty: nats by which it is this kind of robot
     double late = 0;                                                                   // s after the frame's time: a rolling shutter reads its rows later
-    bool identified = false;                                                           // by a tag: it is this one, not one that looks the same
+    TimeError time_error;
+    bool identified = false;  // by a tag: it is this one, not one that looks the same
 };
 
 inline std::vector<PoseObservation> poses_of(const std::vector<SilhouetteObservation>& silhouettes) {

@@ -56,7 +56,7 @@ Result<void> SourceRunner::run_recorded(std::vector<std::unique_ptr<FrameSource>
         for (const std::size_t camera : round) {
             taken.push_back(frames.take(camera));
             ++counts[camera].came;
-            looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time});
+            looked_at.push_back({camera, {taken.back().image, &taken.back().colour}, taken.back().time, taken.back().time_error});
         }
         process_senses_until(first);
         tracker_.go_on(first);

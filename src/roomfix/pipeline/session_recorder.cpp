@@ -50,7 +50,7 @@ struct AddLines {
 Result<void> add_frame(SessionWriter& session, const std::string& camera, const SourceFrame& frame) {
     const auto file = frame.file ? frame.file() : !frame.encoded.empty() ? Result<PictureFile>(PictureFile{frame.encoded, "jpg"}) : grey_file(frame.image);
     if (!file) return file.error();
-    return session.add_frame(camera, frame.time, *file);
+    return session.add_frame(camera, frame.time, frame.time_error, *file);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "roomfix/imaging/background_model.hpp"
 #include "roomfix/imaging/colour_background.hpp"
 #include "roomfix/imaging/colour_image.hpp"
+#include "roomfix/observation/time_error.hpp"
 #include "roomfix/pipeline/fix_sink.hpp"
 #include "roomfix/pipeline/pace.hpp"
 #include "roomfix/pipeline/stage_times.hpp"
@@ -44,6 +45,7 @@ struct CameraFrame {
     std::size_t camera = 0;
     PictureView image;
     Nanoseconds time = 0;
+    TimeError time_error;
 };
 
 /// Who hears what robots sensed.

@@ -225,7 +225,8 @@ void SiteTracker::Impl::report(const CameraFrame& frame, const Look& look) {
         camera.shown = std::move(shown);
     }
     const double before = steady_now();
-    const Sighting sighting = camera.pipeline->sighting();
+    Sighting sighting = camera.pipeline->sighting();
+    set_time_error(sighting, frame.time_error);
     feed(tracker_, frame.time, camera.pipeline->id(), sighting);
     times_.add(Stage::track, steady_now() - before);
     state.message = sighting.reason;

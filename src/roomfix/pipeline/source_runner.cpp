@@ -217,7 +217,7 @@ void SourceRunner::run_live(const std::vector<LiveSource>& sources, int threads,
         for (const LiveFrame& frame : round) tracker_.note_source(frame.camera, frame.note);
         for (std::size_t i = 0; i < round.size(); ++i) {
             const SourceFrame& frame = round[i].frame;
-            together.push_back({round[i].camera, {frame.image, &frame.colour}, frame.time});
+            together.push_back({round[i].camera, {frame.image, &frame.colour}, frame.time, frame.time_error});
             const bool last = i + 1 == round.size() || round[i + 1].frame.time - together.front().time > round_span;
             if (!last) continue;
             (void)tracker_.process(together, pool);

@@ -46,7 +46,7 @@ const PoseObservation* sighting_of(int robot, const GroupSighting& frame, const 
 
 template <int Points>
 double misfit(Belief belief, const LandmarkObservation& seen, const KnownLandmark& landmark, const OnboardSource& source) {
-    add_slow_states(belief, landmark, source);
+    add_slow_states(belief, landmark, source, seen.time_error);
     const auto l = linearise_points<Points>(belief, seen, landmark, source);
     return l ? l->residual.squaredNorm() : std::numeric_limits<double>::infinity();
 }

@@ -176,14 +176,15 @@ struct TermMaker {
         const View& view = models.views.at(source);
         const SiteRobot& tagged = models.site.robots[static_cast<std::size_t>(s.robot)];
         Belief& belief = prepared();
-        add_slow_states(belief, errors);
-        return normal_term<8>([s, &view, &tagged, &errors](const Belief& b) { return linearise_tag(b, s.corners, view, tagged, errors); }, weights, belief);
+        add_slow_states(belief, errors, s.time_error);
+        return normal_term<8>([s, &view, &tagged, &errors](const Belief& b) { return linearise_tag(b, s.corners, view, tagged, errors, s.time_error); },
+                              weights, belief);
     }
     MeasuredTerm operator()(const SeenLandmark& s) const {
         const OnboardSource& camera = models.onboard.at(source);
         const KnownLandmark landmark = models.landmark(s.landmark);
         Belief& belief = prepared();
-        add_slow_states(belief, landmark, camera, 3);
+        add_slow_states(belief, landmark, camera, s.seen.time_error, 3);
         const LandmarkObservation& seen = s.seen;
         if (seen.points.size() == 3) {
             return normal_term<6>([seen, landmark, &camera](const Belief& b) { return linearise_points<3>(b, seen, landmark, camera); }, weights, belief);
@@ -194,7 +195,7 @@ struct TermMaker {
         const OnboardSource& camera = models.onboard.at(source);
         const SiteCorner& corner = models.site.corners[static_cast<std::size_t>(s.corner)];
         Belief& belief = prepared();
-        add_slow_states(belief, s.corner, camera);
+        add_slow_states(belief, s.corner, camera, s.seen.time_error);
         return normal_term<5>([s, &corner, &camera](const Belief& b) { return linearise_corner(b, s.seen, corner, s.corner, camera); }, weights, belief);
     }
     MeasuredTerm operator()(const SeenMark& s) const {

@@ -4,6 +4,17 @@
 
 namespace roomfix {
 
+void set_time_error(Sighting& sighting, const TimeError& error) {
+    for (PoseObservation& pose : sighting.poses) pose.time_error = error;
+    for (TagSighting& tag : sighting.tags) tag.time_error = error;
+    if (sighting.landmarks) {
+        for (LandmarkObservation& landmark : sighting.landmarks->landmarks) landmark.time_error = error;
+    }
+    if (sighting.corners) {
+        for (CornerObservation& corner : sighting.corners->corners) corner.time_error = error;
+    }
+}
+
 void feed(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting) {
     if (sighting.sees_all || !sighting.poses.empty()) tracker.observe(time, camera, sighting.poses);
     for (const AbsenceObservation& absence : sighting.absent) tracker.observe(time, camera, absence);

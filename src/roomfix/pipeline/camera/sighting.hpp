@@ -56,6 +56,9 @@ struct Sighting {
     std::string reason;  // why it showed no robot
 };
 
+/// How far the frame's time may be off, of all that was seen in it.
+void set_time_error(Sighting& sighting, const TimeError& error);
+
 /// Tells the tracker. `camera`: the name under which it knows the camera.
 void feed(Tracker& tracker, Nanoseconds time, const std::string& camera, const Sighting& sighting);
 
