@@ -51,7 +51,7 @@ protected:
             std::vector<std::string> times;
             for (const auto& frame : fs::directory_iterator(camera)) times.push_back(std::to_string(std::stoll(frame.path().stem().string())));
             std::sort(times.begin(), times.end(), [](const std::string& a, const std::string& b) { return std::stoll(a) < std::stoll(b); });
-            std::ofstream(camera.path() / "time-errors.csv") << "nanoseconds,sigma,way\n" << times.at(0) << ",0.050000,1\n" << times.at(2) << ",0.003000,0\n";
+            std::ofstream(camera.path() / "time-errors.csv") << "nanoseconds,sigma,way\n" << times.at(0) << ",0.05,1\n" << times.at(2) << ",0.003,0\n";
         }
     }
     fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_record_{}", getpid());

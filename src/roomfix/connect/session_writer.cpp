@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "roomfix/connect/fix_json.hpp"
 #include "roomfix/connect/sensed_lines.hpp"
 #include "roomfix/connect/time_errors.hpp"
@@ -85,9 +83,8 @@ Result<void> SessionWriter::add_frame(const std::string& camera, Nanoseconds tim
 
 /// Only what changes is written. Without a line the time is right.
 Result<void> SessionWriter::note_time_error(const std::string& camera, Nanoseconds time, const TimeError& error) {
-    constexpr double as_large = 0.1;
     LastFrame& last = last_frame_[camera];
-    if (error.way == last.time_error.way && std::abs(error.sigma - last.time_error.sigma) <= as_large * last.time_error.sigma) return {};
+    if (error == last.time_error) return {};
     if (!last.time_errors) {
         auto file = LineFile::create(folder_ / "frames" / camera / time_errors_name, time_error_columns);
         if (!file) return file.error();

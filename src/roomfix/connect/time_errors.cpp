@@ -30,7 +30,7 @@ std::optional<TimeErrorChange> change_of(std::string_view line) {
 
 }  // namespace
 
-std::string time_error_line(const TimeErrorChange& change) { return fmt::format("{},{:.6f},{}\n", change.time, change.error.sigma, change.error.way); }
+std::string time_error_line(const TimeErrorChange& change) { return fmt::format("{},{},{}\n", change.time, change.error.sigma, change.error.way); }
 
 Result<std::vector<TimeErrorChange>> parse_time_errors(std::string_view text) {
     std::vector<TimeErrorChange> changes;

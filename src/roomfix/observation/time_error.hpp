@@ -8,6 +8,8 @@ namespace roomfix {
 struct TimeError {
     double sigma = 0;  // s
     int way = 0;
+
+    bool operator==(const TimeError&) const = default;
 };
 
 }  // namespace roomfix

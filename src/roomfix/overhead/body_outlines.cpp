@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/overhead/unseen_side.hpp"
 
 namespace roomfix {
 
@@ -28,7 +29,8 @@ std::optional<SilhouetteObservation> BodyOutlines::at(const FrameEvidence& evide
         exactness.note_description(kind, likelihood_of_edges());
         if (turned_.empty()) return std::nullopt;
     }
-    const std::optional<OutlineFit> best = several_parts ? exact_outline_of_parts(evidence, sighting) : best_fit(evidence, sighting);
+    const std::optional<OutlineFit> best =
+        several_parts ? exact_outline_of_parts(evidence, sighting) : best_fit(evidence, sighting, exactness.is_sure(kind), expected.of(robot));
     if (best) {
         SilhouetteObservation outline = observation_of({.robot = robot, .fit = *best}, *shapes_, bodies.body(robot), view_);
         exactness.note_outline(kind, outline.exact);
@@ -54,10 +56,10 @@ double BodyOutlines::edges_for(const FrameEvidence& evidence, const BodySighting
 }
 
 /// The best of all places where the body may be.
-std::optional<OutlineFit> BodyOutlines::best_fit(const FrameEvidence& evidence, const BodySighting& sighting) {
-    std::optional<OutlineFit> best = fit_near(evidence, sighting.robot, sighting.place);
+std::optional<OutlineFit> BodyOutlines::best_fit(const FrameEvidence& evidence, const BodySighting& sighting, bool sure, const PoseObservation* expected) {
+    std::optional<OutlineFit> best = fit_near(evidence, sighting.robot, sighting.place, sure, expected);
     for (const BodyPlace& other : sighting.others) {
-        const std::optional<OutlineFit> fit = fit_near(evidence, sighting.robot, other);
+        const std::optional<OutlineFit> fit = fit_near(evidence, sighting.robot, other, sure, expected);
         if (fit && (!best || fit->score > best->score)) best = fit;
     }
     return best;
@@ -81,10 +83,11 @@ void BodyOutlines::set_nearer(const BodySighting& sighting, std::span<const Know
 }
 
 /// The outline of a robot near a place where its body was found; nothing where it does not convince.
-std::optional<OutlineFit> BodyOutlines::fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place) {
+std::optional<OutlineFit> BodyOutlines::fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place, bool sure, const PoseObservation* expected) {
     const std::vector<ShapePoints>& parts = shapes_->parts_of(robot);
     FoundOutline found{robot};
     found.fit = fit_outline(evidence, view_, parts, place.pose, others_, settings_.fit);
+    if (sure) found.fit = weigh_unseen_sides(evidence, view_, parts, found.fit, others_, expected, settings_.fit);
     if (!found.fit.determined || may_stand_behind(evidence, view_, parts, found.fit, settings_)) return std::nullopt;
     const Eigen::Vector2d off(found.fit.pose.x - place.pose.x, found.fit.pose.y - place.pose.y);
     const Eigen::Matrix2d spread = (place.covariance + found.fit.covariance).topLeftCorner<2, 2>();
@@ -100,8 +103,8 @@ void BodyOutlines::try_outlines(const FrameEvidence& evidence, const BodySightin
     rough_ = shapes_->parts_of(robot);
     rough_.front().size_sigma = std::hypot(rough_.front().size_sigma, settings_.rough_parts);
     turned_.clear();
-    const auto place = std::find_if(expected.robots.begin(), expected.robots.end(), [&](const PoseObservation& e) { return e.robot == robot; });
-    const bool turn_known = place != expected.robots.end() && place->yaw_known && place->covariance(2, 2) < std::pow(settings_.turn_known, 2);
+    const PoseObservation* place = expected.of(robot);
+    const bool turn_known = place && place->yaw_known && place->covariance(2, 2) < std::pow(settings_.turn_known, 2);
     const double start = turn_known ? place->pose.yaw : sighting.place.pose.yaw;
     const int turns = turn_known || rough_.front().round() ? 1 : settings_.outline_turns;
     const auto try_turns = [&](const Eigen::Vector2d& off) {

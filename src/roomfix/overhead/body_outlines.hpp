@@ -29,8 +29,8 @@ public:
 
 private:
     void set_nearer(const BodySighting& sighting, std::span<const KnownRobot> standing);
-    std::optional<OutlineFit> fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place);
-    std::optional<OutlineFit> best_fit(const FrameEvidence& evidence, const BodySighting& sighting);
+    std::optional<OutlineFit> fit_near(const FrameEvidence& evidence, int robot, const BodyPlace& place, bool sure, const PoseObservation* expected);
+    std::optional<OutlineFit> best_fit(const FrameEvidence& evidence, const BodySighting& sighting, bool sure, const PoseObservation* expected);
     std::optional<OutlineFit> exact_outline_of_parts(const FrameEvidence& evidence, const BodySighting& sighting);
     void try_outlines(const FrameEvidence& evidence, const BodySighting& sighting, const Expectation& expected);
     void fit_parts(const FrameEvidence& evidence, const BodyPlace& place, const Eigen::Vector2d& aside, double yaw);

@@ -1,6 +1,7 @@
 // Where robots and things should be by all that was seen of them before, and how much likelier that makes a place.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <vector>
@@ -17,6 +18,12 @@ struct Expectation {
     // Everywhere, too:
     bool search = true;           // for robots that nobody expects anywhere or that are not where they are expected, and for things
     bool search_outlines = true;  // for exact robots behind others
+
+    /// Where a robot should be; null: nobody knows.
+    const PoseObservation* of(int robot) const {
+        const auto found = std::find_if(robots.begin(), robots.end(), [robot](const PoseObservation& expected) { return expected.robot == robot; });
+        return found == robots.end() ? nullptr : &*found;
+    }
 };
 
 struct ExpectedPlacesSettings {

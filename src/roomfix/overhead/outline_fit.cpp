@@ -7,6 +7,7 @@
 #include "roomfix/base/beta_distribution.hpp"
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/overhead/edge_profile.hpp"
+#include "roomfix/overhead/wall_cover.hpp"
 
 namespace roomfix {
 namespace {
@@ -47,6 +48,22 @@ bool hidden(const Eigen::Vector2d& pixel, std::span<const Silhouette> others) {
     }
     return false;
 }
+
+/// The walls that may hide something of a body.
+class WallsBefore {
+public:
+    WallsBefore(const FrameEvidence& evidence, const View& view, const Eigen::Vector2d& place, double radius) : view_(view) {
+        if (evidence.walls && !in_plain_view(view, *evidence.walls, place, 1.2 * radius)) walls_ = evidence.walls;
+    }
+    bool hide(const Eigen::Vector3d& point) const {
+        constexpr double beside = 4;  // px: there a wall's own edge is seen
+        return walls_ && behind_wall(view_, *walls_, point.head<2>(), beside / view_.model.fx);
+    }
+
+private:
+    const View& view_;
+    const std::vector<Polyline>* walls_ = nullptr;
+};
 
 /// The outlines of a body's parts at a pose.
 struct PartOutlines {
@@ -101,13 +118,14 @@ double length_of(const PartOutlines& outlines) {
     return length;
 }
 
-/// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others. False: the body is not all before the camera.
+/// Spreads samples along the outline at `pose`. Keeps those inside the image and not behind others or walls. False: the body is not all before the camera.
 bool place_samples(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const Pose2& pose, std::span<const Silhouette> others,
                    int most, Samples& samples) {
     samples.count = 0;
     samples.total = 0;
     PartOutlines outlines;
     if (!outlines.project(view, parts, pose)) return false;
+    const WallsBefore walls(evidence, view, {pose.x, pose.y}, parts.front().radius);
     const double spacing = std::max(2.0, length_of(outlines) / std::min(most, most_samples - ShapePoints::capacity));
     const double width = evidence.frame.width - 1.0;
     const double height = evidence.frame.height - 1.0;
@@ -140,7 +158,7 @@ bool place_samples(const FrameEvidence& evidence, const View& view, std::span<co
                 if (!outlines.ends_with(part, *pixel, normal)) continue;
                 ++samples.total;
                 if (pixel->x() < 3 || pixel->y() < 3 || pixel->x() > width - 3 || pixel->y() > height - 3) continue;
-                if (hidden(*pixel, others)) continue;
+                if (hidden(*pixel, others) || walls.hide(p)) continue;
                 Sample& s = samples.list[static_cast<std::size_t>(samples.count++)];
                 s.pixel = *pixel;
                 s.normal = normal;
@@ -278,6 +296,18 @@ OutlineEvidence evidence_for(const Shown& one, const Shown& other, double wider,
             shown * 0.5 * (std::log(variance) - fit.residual * fit.residual * (1 - 1 / variance))};
 }
 
+/// How much of its left or right side (`sign` of the normal) shows an edge where the outline has it.
+double shown_on_side(const Samples& samples, double sign) {
+    constexpr double near = 1;  // px
+    int all = 0, shown = 0;
+    for (const Sample& s : samples.all()) {
+        if (sign * s.normal.x() <= std::abs(s.normal.y())) continue;
+        ++all;
+        shown += s.reading.found && !s.reading.on_background_edge && std::abs(s.reading.offset) < near;
+    }
+    return all > 0 ? static_cast<double>(shown) / all : 1;
+}
+
 /// Counts what the readings say at the final pose.
 void judge(const Samples& samples, const ShapePoints& shape, const OutlineFitSettings& settings, OutlineFit& fit) {
     fit.total = samples.total;
@@ -361,6 +391,8 @@ OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, std::spa
         if (progress >= 1 && step.head<2>().norm() < 5e-4 && std::abs(step[2]) < 1e-3) break;
     }
     judge(samples, shape, settings, fit);
+    fit.left_shown = shown_on_side(samples, -1);
+    fit.right_shown = shown_on_side(samples, 1);
     set_covariance(samples, shape, settings, inset, fit);
     fit.silhouette = project_silhouette(view, shape, fit.pose);
     fit.pose.yaw = wrap_angle(fit.pose.yaw);

@@ -9,6 +9,7 @@
 #include "roomfix/imaging/background_model.hpp"
 #include "roomfix/overhead/silhouette.hpp"
 #include "roomfix/site/body_parts.hpp"
+#include "roomfix/site/site.hpp"
 
 namespace roomfix {
 
@@ -17,7 +18,8 @@ struct FrameEvidence {
     LumaView frame;
     const BackgroundModel* background = nullptr;
     const Foreground* foreground = nullptr;
-    const BitMask* mask = nullptr;  // the foreground after opening and closing
+    const BitMask* mask = nullptr;                 // the foreground after opening and closing
+    const std::vector<Polyline>* walls = nullptr;  // that nobody sees through; null: none
 };
 
 struct OutlineFitSettings {
@@ -56,13 +58,15 @@ struct OutlineFit {
     Eigen::Matrix3d pixel_covariance = Eigen::Matrix3d::Identity();                    // without the calibration's part
     Eigen::Matrix<double, 3, 6> by_calibration = Eigen::Matrix<double, 3, 6>::Zero();  // how the pose moves with the view's six independent errors
     Silhouette silhouette;
-    int visible = 0;          // samples inside the image and outside `others`
+    int visible = 0;          // samples inside the image and outside `others`, before walls
     int supported = 0;        // samples with an edge where the outline says
     int covered = 0;          // samples with foreground on both sides: the robot does not end here
     int bare = 0;             // samples with background on both sides: hidden, or not there
     int ambiguous = 0;        // samples with an edge that may as well be the border of something in front
     int total = 0;            // samples along the whole outline
     int into_shadow = 0;      // supported samples on the floor beside which there may be no more than a shadow
+    double left_shown = 1;    // part of the samples on the left side that show an edge within a pixel; 1 where none is in view
+    double right_shown = 1;   // likewise
     double residual = 0;      // rms of the supported samples in their standard deviations
     double score = 0;         // -1..1: how well the picture agrees
     double edges = 0;         // nats by which the edges found speak for the outline, against edges that lie anywhere by chance
@@ -73,7 +77,7 @@ struct OutlineFit {
 };
 
 /// Fits x, y and yaw, starting at `start`, to the edges of frame / background along the predicted outline. Edges between lit
-/// or shadowed floor and something else count; inside `others` (outlines of other robots, px) nothing is looked at.
+/// or shadowed floor and something else count; inside `others` (outlines of other robots, px) and behind walls nothing is looked at.
 /// The covariance holds pixel noise, errors shared along each edge, the body's size error and the view's calibration.
 /// `parts`: of one body, up to `most_parts`; only where all of them together end is an edge expected. What is said of the whole body (radius,
 /// symmetry, size_sigma) is taken from the first one. The silhouette of the result is that of the first one, too.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "roomfix/overhead/unseen_side.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -64,6 +66,7 @@ void OutlineObserver::find_expected(const FrameEvidence& evidence) {
         if (spread.trace() > settings_.expected_within * settings_.expected_within || !(shape.round() || expected.yaw_known)) continue;
         FoundOutline found{expected.robot};
         found.fit = fit_outline(evidence, view_, shape, expected.pose, {}, settings_.fit);
+        weigh_sides(evidence, found, &expected);
         if (!found.fit.determined || !is_where_expected(found, expected)) continue;
         found.coarse = coarse_agreement(masks_, view_, shape, found.fit.pose, {});
         if (found.fit.score >= settings_.good_score && !may_stand_behind(evidence, view_, std::span(&shape, 1), found.fit, settings_) &&
@@ -74,6 +77,12 @@ void OutlineObserver::find_expected(const FrameEvidence& evidence) {
         }
     }
     find_doubtful(evidence);
+}
+
+/// Of robots that are as they are described: others may be narrower than that.
+void OutlineObserver::weigh_sides(const FrameEvidence& evidence, FoundOutline& found, const PoseObservation* expected) const {
+    if (!hints_->exactness.is_sure(kind(found.robot))) return;
+    found.fit = weigh_unseen_sides(evidence, view_, {&shapes_->of(found.robot), 1}, found.fit, {}, expected, settings_.fit);
 }
 
 /// Those that stand before or behind another one show less: once more, without looking where the others are.
@@ -88,8 +97,7 @@ void OutlineObserver::find_doubtful(const FrameEvidence& evidence) {
         if (others_.empty() || found_.size() == found_.capacity()) continue;
         FoundOutline found = doubtful;
         found.fit = fit_outline(evidence, view_, shapes_->of(found.robot), found.fit.pose, others_, settings_.fit);
-        const auto expected =
-            std::find_if(hints_->expected.robots.begin(), hints_->expected.robots.end(), [&](const PoseObservation& e) { return e.robot == found.robot; });
+        const PoseObservation* expected = hints_->expected.of(found.robot);
         if (!found.fit.determined || doubtful.fit.supported > found.fit.supported) found.fit = doubtful.fit;
         if (is_where_expected(found, *expected) && acceptable(found, settings_)) found_.push_back(found);
     }
@@ -150,6 +158,7 @@ FoundOutline OutlineObserver::best_fit(const FrameEvidence& evidence, const Blob
         if (too_small) return best;
         if (best.coarse.filled() > 0.7 && best.coarse.missing < 0.2 * best.coarse.inside.area) {
             best.fit = fit_outline(evidence, view_, shape, best.coarse.pose, {}, settings_.fit);
+            weigh_sides(evidence, best, nullptr);
             if (best.fit.score > settings_.good_score && !may_stand_behind(evidence, view_, std::span(&shape, 1), best.fit, settings_)) return best;
         }
     }
@@ -164,6 +173,7 @@ FoundOutline OutlineObserver::best_fit(const FrameEvidence& evidence, const Blob
     if (!found.fit.determined) return best;
     best.coarse = found.coarse;
     best.fit = found.fit;
+    weigh_sides(evidence, best, nullptr);
     return best;
 }
 

@@ -33,10 +33,13 @@ public:
     const std::vector<FoundOutline>& found() const { return found_; }
     const Foreground& foreground() const { return foreground_; }
     const std::vector<Component>& components() const { return finder_.found(); }
-    FrameEvidence evidence(LumaView frame, const BackgroundModel& background) const { return {frame, &background, &foreground_, &foreground_.mask}; }
+    FrameEvidence evidence(LumaView frame, const BackgroundModel& background) const { return {frame, &background, &foreground_, &foreground_.mask, &walls_}; }
+    /// That nobody sees through.
+    void set_walls(const std::vector<Polyline>& walls) { walls_ = walls; }
 
 private:
     void find_expected(const FrameEvidence& evidence);
+    void weigh_sides(const FrameEvidence& evidence, FoundOutline& found, const PoseObservation* expected) const;
     void find_doubtful(const FrameEvidence& evidence);
     bool is_where_expected(const FoundOutline& found, const PoseObservation& expected) const;
     void explain(const FrameEvidence& evidence, const Component& component);
@@ -57,6 +60,7 @@ private:
     View view_;
     std::shared_ptr<const RobotShapes> shapes_;
     OverheadSettings settings_;
+    std::vector<Polyline> walls_;
     const OutlineHints* hints_ = nullptr;  // during a call
     int searches_left_ = 0;
     std::vector<FoundOutline> found_;

@@ -109,6 +109,19 @@ bool in_plain_view(const View& view, std::span<const Polyline> walls, const Eige
     return true;
 }
 
+bool behind_wall(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double beside) {
+    constexpr double touching = 0.1;  // m: what stands at a wall may seem to stand in it
+    Sight sight(view.position().head<2>(), place);
+    sight.distance -= touching;
+    for (const Polyline& wall : walls) {
+        for (std::size_t i = 1; i < wall.size(); ++i) {
+            const auto part = hidden_part(sight, wall[i - 1], wall[i]);
+            if (part && part->high > -beside && part->low < beside) return true;
+        }
+    }
+    return false;
+}
+
 void take_away(const WallCover& hidden, BodyMask& mask) {
     for (const WallCover::Stretch& stretch : hidden.stretches) {
         const std::size_t before = mask.spans.size();

@@ -37,6 +37,9 @@ WallCover wall_cover(const View& view, std::span<const Polyline> walls, const Ei
 /// Does no wall reach between the camera and any part of a circle around a place (m, map)?
 bool in_plain_view(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double radius);
 
+/// Does a wall stand between the camera and a place (m, map), or end beside the line of sight? `beside`: rad; what is seen there may be the wall's edge.
+bool behind_wall(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double beside);
+
 /// Leaves of a mask what is not hidden.
 void take_away(const WallCover& hidden, BodyMask& mask);
 
