@@ -87,11 +87,12 @@ std::optional<Pose2> moved_aside(const View& view, const ShapePoints& shape, con
     return Pose2{pose.x + move.x(), pose.y + move.y(), pose.yaw};
 }
 
-/// Nats by which a fit stands too far from where the robot is expected.
-double far_from(const OutlineFit& fit, const PoseObservation* expected) {
+/// Nats by which a fit stands too far from where the robot is expected, or is turned otherwise.
+double far_from(const OutlineFit& fit, const PoseObservation* expected, const ShapePoints& shape) {
     if (!expected) return 0;
-    const Eigen::Vector2d off(fit.pose.x - expected->pose.x, fit.pose.y - expected->pose.y);
-    const Eigen::Matrix2d spread = (expected->covariance + fit.covariance).topLeftCorner<2, 2>();
+    const Eigen::Vector3d off = pose_difference(expected->pose, fit.pose, shape);
+    const Eigen::Matrix3d spread = expected->covariance + fit.covariance;
+    if (shape.round() || !expected->yaw_known) return 0.5 * off.head<2>().dot(spread.topLeftCorner<2, 2>().inverse() * off.head<2>());
     return 0.5 * off.dot(spread.inverse() * off);
 }
 
@@ -101,7 +102,8 @@ OutlineFit weigh_unseen_sides(const FrameEvidence& evidence, const View& view, s
                               const std::vector<Silhouette>& others, const PoseObservation* expected, const OutlineFitSettings& fitting,
                               const UnseenSideSettings& settings) {
     const ShapePoints& shape = parts.front();
-    if (!fit.determined || std::min(fit.left_shown, fit.right_shown) >= settings.side_shown) return fit;
+    if (!fit.determined) return fit;
+    if (std::min(fit.left_shown, fit.right_shown) >= settings.side_shown && far_from(fit, expected, shape) < settings.surprising) return fit;
     if (evidence.walls && !in_plain_view(view, *evidence.walls, {fit.pose.x, fit.pose.y}, shape.radius)) return fit;  // it is known what hides it
     // As it is expected: a fit that was led astray may have turned the robot to make it narrower.
     const Pose2 about = expected ? expected->pose : fit.pose;
@@ -113,7 +115,7 @@ OutlineFit weigh_unseen_sides(const FrameEvidence& evidence, const View& view, s
     FixedList<double, most_fits> nats;
     const auto add = [&](const OutlineFit& one, double prior) {
         fits.push_back(one);
-        nats.push_back(one.edges - far_from(one, expected) + std::log(prior));
+        nats.push_back(one.edges - far_from(one, expected, shape) + std::log(prior));
     };
     add(fit, 1);
     thread_local std::vector<Silhouette> hiding;

@@ -14,6 +14,7 @@ struct UnseenSideSettings {
     double hidden = 0.1;       // probability that something hides a side
     double least_seen = 0.2;   // part of the width that must be seen
     double side_shown = 0.7;   // part of both sides at which edges are where the outline has them: it is as wide as the robot
+    double surprising = 4.5;   // nats by which the whole outline may stand off where it is expected, for that to be so
     double least_shown = 0.5;  // part of the outline that must show an edge, of what is not hidden
 };
 
