@@ -14,9 +14,13 @@ class Senses(driven_room.DrivenRoom):
         self.run_site(f"udp://127.0.0.1:{port}", f"udp://127.0.0.1:{port}", "")
         link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.addCleanup(link.close)
-        link.sendto(b"\xff\xfe{nonsense\n" * 20, ("127.0.0.1", port))
         sender = Sender(lambda text: link.sendto(text.encode(), ("127.0.0.1", port)), 1000)
-        wait_until(lambda: f"not used: udp://127.0.0.1:{port}: a line is no JSON object" in self.running.text(), "what is wrong is told while it runs")
+
+        def told():  # what is sent before the program listens is lost
+            link.sendto(b"\xff\xfe{nonsense\n" * 20, ("127.0.0.1", port))
+            return f"not used: udp://127.0.0.1:{port}: a line is no JSON object" in self.running.text()
+
+        wait_until(told, "what is wrong is told while it runs")
         self.check(sender)
         senses = self.state()["senses"]
         self.assertEqual(len(senses), 1)
