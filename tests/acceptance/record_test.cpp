@@ -20,16 +20,15 @@
 #include "acceptance/program.hpp"
 #include "roomfix/base/text_file.hpp"
 #include "roomfix/evaluate/recorded_fixes.hpp"
+#include "temporary_folder.hpp"
 
 namespace roomfix {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Record : public ::testing::Test {
+class Record : public TemporaryFolder {
 protected:
-    void SetUp() override { fs::create_directories(folder); }
-    void TearDown() override { fs::remove_all(folder); }
     std::string path(const std::string& name) const { return (folder / name).string(); }
     void simulate(const std::string& scenario, double seconds) const {
         const Outcome made = call(fmt::format("simulate {} --duration {} -o {}", scenario, seconds, path("session")));
@@ -54,7 +53,6 @@ protected:
             std::ofstream(camera.path() / "time-errors.csv") << "nanoseconds,sigma,way\n" << times.at(0) << ",0.05,1\n" << times.at(2) << ",0.003,0\n";
         }
     }
-    fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_record_{}", getpid());
 };
 
 /// The program in a process of its own, which may be killed.

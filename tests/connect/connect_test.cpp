@@ -8,18 +8,14 @@
 #include "roomfix/connect/frame_source.hpp"
 #include "roomfix/connect/web_server.hpp"
 #include "roomfix/imaging/load_luma.hpp"
+#include "temporary_folder.hpp"
 
 namespace roomfix {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Folder : public ::testing::Test {
-protected:
-    void SetUp() override { fs::create_directories(folder); }
-    void TearDown() override { fs::remove_all(folder); }
-    fs::path folder = fs::temp_directory_path() / ("roomfix_connect_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-};
+class Folder : public TemporaryFolder {};
 
 LumaImage grey(int value) {
     LumaImage image(32, 24);

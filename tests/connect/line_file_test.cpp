@@ -1,10 +1,8 @@
 // Files that stay whole where the disk is full and where the program is killed.
 #include "roomfix/connect/line_file.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -14,16 +12,12 @@
 #include "roomfix/connect/range_source.hpp"
 #include "roomfix/connect/sensed_lines.hpp"
 #include "roomfix/connect/sighting_source.hpp"
+#include "temporary_folder.hpp"
 
 namespace roomfix {
 namespace {
 
-class LineFiles : public ::testing::Test {
-protected:
-    void SetUp() override { std::filesystem::create_directories(folder); }
-    void TearDown() override { std::filesystem::remove_all(folder); }
-    std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("roomfix_line_file_{}", getpid());
-};
+class LineFiles : public TemporaryFolder {};
 
 /// No file may be larger, as if the disk were full.
 class SmallDisk {

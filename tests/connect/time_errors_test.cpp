@@ -2,25 +2,22 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include "roomfix/connect/frame_source.hpp"
+#include "temporary_folder.hpp"
 
 namespace roomfix {
 namespace {
 
 namespace fs = std::filesystem;
 
-class TimeErrors : public ::testing::Test {
+class TimeErrors : public TemporaryFolder {
 protected:
-    void SetUp() override { fs::create_directories(folder); }
-    void TearDown() override { fs::remove_all(folder); }
     void write(const std::string& text) const { std::ofstream(folder / time_errors_name) << text; }
-    fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_time_errors_{}", getpid());
 };
 
 TEST_F(TimeErrors, AFrameHasTheLastOneThatWasNotedUntilThen) {

@@ -190,7 +190,7 @@ TEST(MeasurementModels, TagsHaveTheDerivativesOfAnIndependentFormula) {
         const Belief belief = somewhere(random);
         FixedList<PointSighting, 4> seen;
         for (int i = 0; i < 4; ++i) seen.push_back({{320, 240}, Eigen::Matrix2d::Identity()});
-        const auto l = linearise_tag(belief, seen, view, robot, {});
+        const auto l = linearise_tag(belief, seen, view, robot, {}, {});
         ASSERT_TRUE(l);
         const Unknowns u = at(belief.pose());
         const auto points = own_points(*robot.tag);
@@ -272,8 +272,8 @@ TEST(MeasurementModels, ALaterRowShowsTheRobotFurtherOnItsWay) {
     PoseSource camera;
     camera.readout = readout;
     expect_moved_on<8>(
-        belief, late, [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, camera); },
-        [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, {}); });
+        belief, late, [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, camera, {}); },
+        [&](const Belief& b) { return *linearise_tag(b, tag, view, robot, {}, {}); });
 }
 
 TEST(MeasurementModels, WhatWasLearnedOfTimesThatAreToldInOneWaySaysNothingOfAnother) {

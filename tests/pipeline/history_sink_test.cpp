@@ -1,9 +1,7 @@
 // The history through databases that vanish and come back.
 #include "roomfix/pipeline/history_sink.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -11,16 +9,12 @@
 #include <thread>
 
 #include "pipeline/postgres_server.hpp"
+#include "temporary_folder.hpp"
 
 namespace roomfix {
 namespace {
 
-class StoredHistory : public ::testing::Test {
-protected:
-    void SetUp() override { std::filesystem::create_directories(folder); }
-    void TearDown() override { std::filesystem::remove_all(folder); }
-    std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("roomfix_history_sink_{}", getpid());
-};
+class StoredHistory : public TemporaryFolder {};
 
 std::unique_ptr<HistorySink> sink_to(const std::string& database, HistorySettings settings = {}) {
     settings.interval = 0.1;

@@ -1,9 +1,7 @@
 // Recordings: their parts, what is lost where the disk takes nothing, and what a recording needs of the site.
 #include "roomfix/pipeline/session_recorder.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -14,18 +12,14 @@
 #include "roomfix/base/text_file.hpp"
 #include "roomfix/pipeline/session_content.hpp"
 #include "roomfix/site/load_site.hpp"
+#include "temporary_folder.hpp"
 
 namespace roomfix {
 namespace {
 
 namespace fs = std::filesystem;
 
-class Recording : public ::testing::Test {
-protected:
-    void SetUp() override { fs::create_directories(folder); }
-    void TearDown() override { fs::remove_all(folder); }
-    fs::path folder = fs::temp_directory_path() / fmt::format("roomfix_recording_{}", getpid());
-};
+class Recording : public TemporaryFolder {};
 
 constexpr const char* recorded_site = R"(roomfix: 1
 site: {name: "lab: two", lost: 0.9}   # a comment that stays

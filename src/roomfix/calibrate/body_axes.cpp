@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/base/median.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -104,8 +106,7 @@ GroundLine body_axis(const std::vector<ConvexPart>& parts, const BodyLook& look,
     };
     constexpr int coarse = 15, finer = 4;
     attempt_around({}, coarse, eighth / coarse, reach / offs);
-    std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-    const double usual = all[all.size() / 2];
+    const double usual = median(all);
     attempt_around(best, finer, eighth / coarse / finer, reach / (offs * offs));
     if (smallest > clearly * usual) best.offset = footprint_box(parts, best.angle).middle().y();
     return best;

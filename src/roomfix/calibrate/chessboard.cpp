@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "roomfix/base/median.hpp"
 #include "roomfix/base/number.hpp"
 #include "roomfix/calibrate/charuco.hpp"
 #include "roomfix/calibrate/saddle.hpp"
@@ -139,11 +140,6 @@ void leave_out_unread(const std::vector<bool>& read, BoardShot& shot) {
         shot.numbers.push_back(static_cast<int>(i));
     }
     shot.corners = std::move(corners);
-}
-
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-    return values[values.size() / 2];
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "roomfix/base/decompositions.hpp"
+#include "roomfix/base/median.hpp"
 
 namespace roomfix {
 namespace {
@@ -236,8 +237,7 @@ std::size_t drop_outliers(State& state, const OdometryTrack& wheels, double gate
     std::vector<double> misfits;
     for (const MountFrame& frame : state.frames) misfits.push_back(misfit(state, frame));
     std::vector<double> sorted = misfits;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double most = gate * gate * std::max(sorted[sorted.size() / 2], 1.0);
+    const double most = gate * gate * std::max(median(sorted), 1.0);
     std::size_t i = 0;
     const std::size_t dropped = std::erase_if(state.frames, [&](const MountFrame&) { return misfits[i++] > most; });
     if (dropped > 0 && state.with_wheels()) state.driven = steps_between(state.frames, wheels);

@@ -9,6 +9,7 @@
 
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/levenberg_marquardt.hpp"
+#include "roomfix/base/median.hpp"
 #include "roomfix/calibrate/straightness.hpp"
 
 namespace roomfix {
@@ -232,8 +233,7 @@ private:
         std::vector<double> all;
         for (const LongEdge& edge : edges_) all.push_back(rms_of(model_, edge));
         std::vector<double> sorted = all;
-        std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-        const double limit = times * std::max(sorted[sorted.size() / 2], 0.05);
+        const double limit = times * std::max(median(sorted), 0.05);
         bool changed = false;
         for (std::size_t i = 0; i < edges_.size(); ++i) {
             bool good = all[i] <= limit;

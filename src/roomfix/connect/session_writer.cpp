@@ -76,23 +76,23 @@ Result<void> SessionWriter::add_frame(const std::string& camera, Nanoseconds tim
     if (auto written = write_whole(frames / fmt::format("{:012}.{}", time, picture.ending), picture.bytes); !written) return written;
     std::error_code failure;
     if (last == last_frame_.end()) fs::remove(frames / no_frames_mark, failure);
-    last_frame_[camera].time = time;
+    LastFrame& frame = last_frame_[camera];
+    frame.time = time;
     other_bytes_ += static_cast<std::int64_t>(picture.bytes.size());
-    return note_time_error(camera, time, time_error);
+    return note_time_error(camera, frame, time_error);
 }
 
 /// Only what changes is written. Without a line the time is right.
-Result<void> SessionWriter::note_time_error(const std::string& camera, Nanoseconds time, const TimeError& error) {
-    LastFrame& last = last_frame_[camera];
-    if (error == last.time_error) return {};
-    if (!last.time_errors) {
+Result<void> SessionWriter::note_time_error(const std::string& camera, LastFrame& frame, const TimeError& error) {
+    if (error == frame.time_error) return {};
+    if (!frame.errors_file) {
         auto file = LineFile::create(folder_ / "frames" / camera / time_errors_name, time_error_columns);
         if (!file) return file.error();
-        last.time_errors = lines_.size();
+        frame.errors_file = lines_.size();
         lines_.push_back(std::move(*file));
     }
-    last.time_error = error;
-    lines_[*last.time_errors].add(time_error_line({time, error}));
+    frame.time_error = error;
+    lines_[*frame.errors_file].add(time_error_line({frame.time, error}));
     return {};
 }
 

@@ -63,19 +63,18 @@ public:
 
 private:
     SessionWriter(std::filesystem::path folder, std::shared_ptr<const SessionContent> content) : folder_(std::move(folder)), content_(std::move(content)) {}
-    Result<void> make_folders();
-    Result<void> copy_files(const std::filesystem::path& before);
-    Result<void> make_line_files();
-
-    std::filesystem::path folder_;
-    std::shared_ptr<const SessionContent> content_;
     struct LastFrame {
         Nanoseconds time = 0;
         TimeError time_error;
-        std::optional<std::size_t> time_errors;  // the place of their file in `lines_`
+        std::optional<std::size_t> errors_file;  // its place in `lines_`
     };
-    Result<void> note_time_error(const std::string& camera, Nanoseconds time, const TimeError& error);
+    Result<void> make_folders();
+    Result<void> copy_files(const std::filesystem::path& before);
+    Result<void> make_line_files();
+    Result<void> note_time_error(const std::string& camera, LastFrame& frame, const TimeError& error);
 
+    std::filesystem::path folder_;
+    std::shared_ptr<const SessionContent> content_;
     std::map<std::string, LastFrame> last_frame_;  // of each camera that gave one
     std::vector<LineFile> lines_;                  // in the order of `LineKind`, then those of the cameras
     bool range_differences_ = false;               // the columns that ranges.csv named last

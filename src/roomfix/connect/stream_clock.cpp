@@ -85,7 +85,6 @@ void StreamClock::restart() {
 void StreamClock::follow_media(const FrameArrival& arrival) {
     has_media_ = arrival.media.has_value();
     if (has_media_) media_.add(arrival.steady, arrival.steady - *arrival.media);
-    ++since_restart_;
 }
 
 /// A sender's wall clock is believed if pictures come after they were taken, and not much later.
@@ -120,6 +119,7 @@ StampedTime StreamClock::by_arrival(const FrameArrival& arrival) const {
 }
 
 StampedTime StreamClock::stamp(const FrameArrival& arrival) {
+    ++since_restart_;
     follow_media(arrival);
     judge_wall(arrival);
     note_intervals(arrival);

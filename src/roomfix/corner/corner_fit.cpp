@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "roomfix/base/median.hpp"
 #include "roomfix/geometry/pose.hpp"
 
 namespace roomfix {
@@ -253,11 +254,6 @@ CornerFitter::Reading CornerFitter::reading_of(CornerEdge edge, CornerFit& fit) 
         plainness.push_back(std::abs(piece.step.contrast) / piece.step.contrast_sigma);
         if (piece.seen) noise.push_back(piece.step.noise);
     }
-    const auto median = [](FixedList<double, most>& list) {
-        if (list.empty()) return 0.0;
-        std::nth_element(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2), list.end());
-        return list[list.size() / 2];
-    };
     return {median(noise), median(plainness), noise.size()};
 }
 

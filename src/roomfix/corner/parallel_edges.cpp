@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "roomfix/base/median.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -25,8 +27,7 @@ void steps_in(const LightProfile& profile, double plain, FixedList<StepAt, 32>& 
     // Neighbouring bins differ by noise, apart from the few at a step.
     FixedList<float, LightProfile::most> bends;
     for (std::size_t i = 1; i + 1 < count; ++i) bends.push_back(std::abs(values[i + 1].light - 2 * values[i].light + values[i - 1].light));
-    std::nth_element(bends.begin(), bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2), bends.end());
-    const double noise = std::max(static_cast<double>(bends[bends.size() / 2]) / (0.6745 * std::sqrt(6.0)), 0.05);
+    const double noise = std::max(static_cast<double>(median(bends)) / (0.6745 * std::sqrt(6.0)), 0.05);
     std::array<double, LightProfile::most> change{};
     for (std::size_t i = 0; i < count; ++i) {
         const double here = static_cast<double>(values[i].distance);

@@ -22,7 +22,7 @@ struct PoseSource {
 Pose2 moved(const Belief& belief, double seconds);
 
 /// Prepares the slow states of the camera's errors: its time stamps and its pose.
-void add_slow_states(Belief& belief, const PoseSource& source, const TimeError& error = {});
+void add_slow_states(Belief& belief, const PoseSource& source, const TimeError& error);
 
 /// Prepares the slow states that the observation needs; call it before `linearise_pose`.
 void add_slow_states(Belief& belief, const PoseObservation& observation, const PoseSource& source);

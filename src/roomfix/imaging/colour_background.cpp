@@ -7,6 +7,7 @@
 
 #include "roomfix/base/column_sort.hpp"
 #include "roomfix/base/fast_math.hpp"
+#include "roomfix/base/median.hpp"
 
 namespace roomfix {
 namespace {
@@ -19,13 +20,6 @@ constexpr std::size_t most_frames = 24;
 constexpr float log_two_pi = 1.8378771f;
 
 int blocks_along(int length) { return (length + block - 1) / block; }
-
-float median(std::vector<float>& values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 /// Of those values that are less than `limit` off a number.
 struct MedianNear {

@@ -89,9 +89,7 @@ std::optional<OutlineFit> BodyOutlines::fit_near(const FrameEvidence& evidence, 
     found.fit = fit_outline(evidence, view_, parts, place.pose, others_, settings_.fit);
     if (sure) found.fit = weigh_unseen_sides(evidence, view_, parts, found.fit, others_, expected, settings_.fit);
     if (!found.fit.determined || may_stand_behind(evidence, view_, parts, found.fit, settings_)) return std::nullopt;
-    const Eigen::Vector2d off(found.fit.pose.x - place.pose.x, found.fit.pose.y - place.pose.y);
-    const Eigen::Matrix2d spread = (place.covariance + found.fit.covariance).topLeftCorner<2, 2>();
-    if (off.dot(spread.inverse() * off) > settings_.expected_gate) return std::nullopt;
+    if (squared_distance(found.fit, place.pose, place.covariance) > settings_.expected_gate) return std::nullopt;
     const ForegroundMasks masks{&evidence.foreground->mask, &evidence.foreground->shadow};
     found.coarse = coarse_agreement(masks, view_, parts.front(), found.fit.pose, {});
     return acceptable(found, settings_) ? std::optional(found.fit) : std::nullopt;
@@ -135,9 +133,7 @@ double BodyOutlines::likelihood_of_edges() const {
 void BodyOutlines::fit_parts(const FrameEvidence& evidence, const BodyPlace& place, const Eigen::Vector2d& aside, double yaw) {
     const OutlineFit fit = fit_outline(evidence, view_, rough_, {place.pose.x + aside.x(), place.pose.y + aside.y(), yaw}, others_, settings_.fit);
     if (!fit.determined || !enough_in_view(fit, settings_)) return;
-    const Eigen::Vector2d off(fit.pose.x - place.pose.x, fit.pose.y - place.pose.y);
-    const Eigen::Matrix2d spread = (place.covariance + fit.covariance).topLeftCorner<2, 2>();
-    if (off.dot(spread.inverse() * off) > settings_.expected_gate) return;
+    if (squared_distance(fit, place.pose, place.covariance) > settings_.expected_gate) return;
     const bool known = std::any_of(turned_.begin(), turned_.end(), [&](const OutlineFit& other) {
         const Eigen::Vector3d apart = pose_difference(fit.pose, other.pose, rough_.front());
         return apart.dot((fit.covariance + other.covariance).inverse() * apart) < settings_.expected_gate;

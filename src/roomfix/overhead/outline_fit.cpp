@@ -15,7 +15,8 @@ namespace {
 using Vector4d = Eigen::Vector4d;
 using Matrix4d = Eigen::Matrix4d;
 constexpr int most_samples = 192;
-constexpr int widest_shadow = 28;  // px
+constexpr int widest_shadow = 28;    // px
+constexpr double beside_others = 3;  // px
 // A body larger by some length has each of its sides farther out by half of that. Most of it is common to all sides, since
 // opposite ones move alike: 60 % of the variance; the rest is each side's own.
 constexpr double common_size = 0.5 * 0.775;
@@ -41,13 +42,6 @@ struct Samples {
     std::span<Sample> all() { return {list.data(), static_cast<std::size_t>(count)}; }
     std::span<const Sample> all() const { return {list.data(), static_cast<std::size_t>(count)}; }
 };
-
-bool hidden(const Eigen::Vector2d& pixel, std::span<const Silhouette> others) {
-    for (const Silhouette& other : others) {
-        if (other.valid() && inside_polygon(other.polygon(), pixel, 3)) return true;
-    }
-    return false;
-}
 
 /// The walls that may hide something of a body.
 class WallsBefore {
@@ -158,7 +152,7 @@ bool place_samples(const FrameEvidence& evidence, const View& view, std::span<co
                 if (!outlines.ends_with(part, *pixel, normal)) continue;
                 ++samples.total;
                 if (pixel->x() < 3 || pixel->y() < 3 || pixel->x() > width - 3 || pixel->y() > height - 3) continue;
-                if (hidden(*pixel, others) || walls.hide(p)) continue;
+                if (inside_any(others, *pixel, beside_others) || walls.hide(p)) continue;
                 Sample& s = samples.list[static_cast<std::size_t>(samples.count++)];
                 s.pixel = *pixel;
                 s.normal = normal;
@@ -366,6 +360,12 @@ void set_covariance(const Samples& samples, const ShapePoints& shape, const Outl
 }
 
 }  // namespace
+
+double squared_distance(const OutlineFit& fit, const Pose2& pose, const Eigen::Matrix3d& covariance) {
+    const Eigen::Vector2d off(fit.pose.x - pose.x, fit.pose.y - pose.y);
+    const Eigen::Matrix2d spread = (covariance + fit.covariance).topLeftCorner<2, 2>();
+    return off.dot(spread.inverse() * off);
+}
 
 OutlineFit fit_outline(const FrameEvidence& evidence, const View& view, std::span<const ShapePoints> parts, const Pose2& start,
                        std::span<const Silhouette> others, const OutlineFitSettings& settings) {

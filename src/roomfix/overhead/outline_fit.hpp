@@ -76,6 +76,9 @@ struct OutlineFit {
     bool determined = false;  // enough edges to fix all unknowns
 };
 
+/// Squared Mahalanobis distance of the fit's place from another one that has its own covariance (x, y, yaw).
+double squared_distance(const OutlineFit& fit, const Pose2& pose, const Eigen::Matrix3d& covariance);
+
 /// Fits x, y and yaw, starting at `start`, to the edges of frame / background along the predicted outline. Edges between lit
 /// or shadowed floor and something else count; inside `others` (outlines of other robots, px) and behind walls nothing is looked at.
 /// The covariance holds pixel noise, errors shared along each edge, the body's size error and the view's calibration.

@@ -104,9 +104,7 @@ void OutlineObserver::find_doubtful(const FrameEvidence& evidence) {
 }
 
 bool OutlineObserver::is_where_expected(const FoundOutline& found, const PoseObservation& expected) const {
-    const Eigen::Vector2d off(found.fit.pose.x - expected.pose.x, found.fit.pose.y - expected.pose.y);
-    const Eigen::Matrix2d spread = (expected.covariance + found.fit.covariance).topLeftCorner<2, 2>();
-    return off.dot(spread.inverse() * off) <= settings_.expected_gate;
+    return squared_distance(found.fit, expected.pose, expected.covariance) <= settings_.expected_gate;
 }
 
 /// Finds the robots of one connected piece of foreground, one after the other while there is enough of it left.

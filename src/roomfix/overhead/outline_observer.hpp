@@ -36,6 +36,7 @@ public:
     FrameEvidence evidence(LumaView frame, const BackgroundModel& background) const { return {frame, &background, &foreground_, &foreground_.mask, &walls_}; }
     /// That nobody sees through.
     void set_walls(const std::vector<Polyline>& walls) { walls_ = walls; }
+    const std::vector<Polyline>& walls() const { return walls_; }
 
 private:
     void find_expected(const FrameEvidence& evidence);

@@ -49,7 +49,7 @@ void OverheadObserver::observe_bodies(const PictureView& frame, OverheadResult& 
     evidence_.pixels.clear();
     evidence_.with_colours = bodies_.wants_colours();
     if (!frame.colour || colour_background_.empty() || !colour_background_.compare(*frame.colour, evidence_)) return;
-    const SeenBy seen{&view_, &evidence_, &walls_};
+    const SeenBy seen{&view_, &evidence_, &outlines_.walls()};
     wanted_.assign(shapes_->robots.size(), 0);
     for (std::size_t r = 0; r < shapes_->robots.size(); ++r) wanted_[r] = !is_many(static_cast<int>(r)) && !(r < elsewhere_.size() && elsewhere_[r]);
     known_.clear();

@@ -40,10 +40,7 @@ public:
     ColourImage background_picture() const { return colour_background_.picture(); }
 
     /// Where they stand between the camera and the floor, it sees no robot.
-    void set_walls(const std::vector<Polyline>& walls) {
-        walls_ = walls;
-        outlines_.set_walls(walls);
-    }
+    void set_walls(const std::vector<Polyline>& walls) { outlines_.set_walls(walls); }
 
     /// Robots (one flag each) that are surely somewhere else and are not looked for; empty: none.
     void set_elsewhere(const std::vector<char>& elsewhere) { elsewhere_ = elsewhere; }
@@ -85,7 +82,6 @@ private:
     OverheadSettings settings_;
     std::vector<char> elsewhere_;
     Expectation expected_;
-    std::vector<Polyline> walls_;
     BackgroundModel background_;
     BackgroundLearner learner_;
     ColourBackground colour_background_;

@@ -107,6 +107,11 @@ bool inside_polygon(std::span<const Eigen::Vector2d> polygon, const Eigen::Vecto
     return true;
 }
 
+bool inside_any(std::span<const Silhouette> silhouettes, const Eigen::Vector2d& point, double margin) {
+    return std::any_of(silhouettes.begin(), silhouettes.end(),
+                       [&](const Silhouette& one) { return one.valid() && inside_polygon(one.polygon(), point, margin); });
+}
+
 RegionCount count_region(const BitMask& foreground, const BitMask& shadow, const BitMask* taken, std::span<const Eigen::Vector2d> polygon, int step) {
     int area = 0;
     int inside = 0;

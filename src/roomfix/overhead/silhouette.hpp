@@ -59,6 +59,8 @@ double polygon_area(std::span<const Eigen::Vector2d> polygon);
 Eigen::Vector2d polygon_centroid(std::span<const Eigen::Vector2d> polygon);
 /// True if the point is inside the convex polygon grown by `margin` px.
 bool inside_polygon(std::span<const Eigen::Vector2d> polygon, const Eigen::Vector2d& point, double margin);
+/// The same of any of some outlines.
+bool inside_any(std::span<const Silhouette> silhouettes, const Eigen::Vector2d& point, double margin);
 
 /// Calls visit(y, begin, end) for the pixels begin <= x < end whose centres are inside the convex polygon, in rows that are multiples of `step`.
 template <class Visit>

@@ -2,17 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "roomfix/base/decompositions.hpp"
 #include "roomfix/base/fixed_list.hpp"
+#include "roomfix/base/median.hpp"
 #include "roomfix/overhead/wall_cover.hpp"
 
 namespace roomfix {
 namespace {
 
 constexpr std::size_t most_fits = 3;  // the whole outline, and either side hidden
+constexpr double far_outside = 1e5;   // px
 
 /// How the foreground lies to an outline from left to right, px.
 struct Extent {
@@ -23,24 +24,13 @@ struct Extent {
     double narrower() const { return before - after; }
 };
 
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-bool inside_any(const std::vector<Silhouette>& others, int x, int y) {
-    constexpr double beside = 4;  // px
-    const Eigen::Vector2d pixel(x, y);
-    return std::any_of(others.begin(), others.end(), [&](const Silhouette& other) { return other.valid() && inside_polygon(other.polygon(), pixel, beside); });
-}
-
 /// Nothing where too few rows tell it: cut off by the picture's border, or beside another robot.
 std::optional<Extent> extent_of(const BitMask& mask, const Silhouette& silhouette, const std::vector<Silhouette>& others) {
     constexpr int step = 2;  // rows
     constexpr std::size_t least_rows = 5;
     constexpr int least_width = 4;  // px
     constexpr int border = 3;       // px
+    constexpr double beside = 4;    // px
     thread_local std::vector<double> begins, ends, before, after, width;
     for (auto* values : {&begins, &ends, &before, &after, &width}) values->clear();
     std::size_t rows = 0;
@@ -53,7 +43,7 @@ std::optional<Extent> extent_of(const BitMask& mask, const Silhouette& silhouett
         while (from < to && !mask.at(from, y)) ++from;
         while (to > from && !mask.at(to - 1, y)) --to;
         const bool cut_off = from >= to || from < border || to > mask.width() - border;
-        if (cut_off || inside_any(others, from, y) || inside_any(others, to, y)) return;
+        if (cut_off || inside_any(others, Eigen::Vector2d(from, y), beside) || inside_any(others, Eigen::Vector2d(to, y), beside)) return;
         begins.push_back(from);
         ends.push_back(to);
         before.push_back(from - begin);
@@ -66,13 +56,12 @@ std::optional<Extent> extent_of(const BitMask& mask, const Silhouette& silhouett
 
 /// All of the picture between two columns.
 Silhouette columns(double from, double to) {
-    constexpr double far = 1e5;  // px
     Silhouette cover;
     cover.count = 4;
-    cover.corners[0] = {from, -far};
-    cover.corners[1] = {to, -far};
-    cover.corners[2] = {to, far};
-    cover.corners[3] = {from, far};
+    cover.corners[0] = {from, -far_outside};
+    cover.corners[1] = {to, -far_outside};
+    cover.corners[2] = {to, far_outside};
+    cover.corners[3] = {from, far_outside};
     return cover;
 }
 
@@ -90,10 +79,9 @@ std::optional<Pose2> moved_aside(const View& view, const ShapePoints& shape, con
 /// Nats by which a fit stands too far from where the robot is expected, or is turned otherwise.
 double far_from(const OutlineFit& fit, const PoseObservation* expected, const ShapePoints& shape) {
     if (!expected) return 0;
+    if (shape.round() || !expected->yaw_known) return 0.5 * squared_distance(fit, expected->pose, expected->covariance);
     const Eigen::Vector3d off = pose_difference(expected->pose, fit.pose, shape);
-    const Eigen::Matrix3d spread = expected->covariance + fit.covariance;
-    if (shape.round() || !expected->yaw_known) return 0.5 * off.head<2>().dot(spread.topLeftCorner<2, 2>().inverse() * off.head<2>());
-    return 0.5 * off.dot(spread.inverse() * off);
+    return 0.5 * off.dot((expected->covariance + fit.covariance).inverse() * off);
 }
 
 }  // namespace
@@ -119,12 +107,11 @@ OutlineFit weigh_unseen_sides(const FrameEvidence& evidence, const View& view, s
     };
     add(fit, 1);
     thread_local std::vector<Silhouette> hiding;
-    constexpr double endless = 1e5;  // px
     for (const bool left : {true, false}) {
         const auto start = moved_aside(view, shape, about, left ? extent->after : extent->before);
         if (!start) continue;
         hiding.assign(others.begin(), others.end());
-        hiding.push_back(left ? columns(-endless, extent->begin) : columns(extent->end, endless));
+        hiding.push_back(left ? columns(-far_outside, extent->begin) : columns(extent->end, far_outside));
         const OutlineFit tried = fit_outline(evidence, view, parts, *start, hiding, fitting);
         if (tried.determined && tried.supported >= settings.least_shown * tried.visible) add(tried, settings.hidden);
     }

@@ -41,6 +41,26 @@ std::optional<Part> hidden_part(const Sight& sight, const Eigen::Vector2d& a, co
     return Part{std::min(one, other), std::max(one, other)};
 }
 
+/// Calls `take(part)` for each part that walls hide within `reach` (a tangent) of the line of sight, until it says false.
+template <class Take>
+void each_hidden_part(const Sight& sight, std::span<const Polyline> walls, double reach, const Take& take) {
+    for (const Polyline& wall : walls) {
+        for (std::size_t i = 1; i < wall.size(); ++i) {
+            const auto part = hidden_part(sight, wall[i - 1], wall[i]);
+            if (part && part->high > -reach && part->low < reach && !take(*part)) return;
+        }
+    }
+}
+
+bool any_within(const Sight& sight, std::span<const Polyline> walls, double reach) {
+    bool any = false;
+    each_hidden_part(sight, walls, reach, [&](const Part&) {
+        any = true;
+        return false;
+    });
+    return any;
+}
+
 /// The image of an upright line that is seen in a direction, at the distance of the place.
 std::optional<WallCover::Line> image_of(const View& view, const Sight& sight, double tangent, double height, int scale) {
     const Eigen::Vector2d foot = sight.from + sight.distance * (sight.ahead + tangent * sight.right);
@@ -76,12 +96,10 @@ WallCover wall_cover(const View& view, std::span<const Polyline> walls, const Ei
     const double reach = radius / std::sqrt(sight.distance * sight.distance - radius * radius);
     thread_local std::vector<Part> parts;
     parts.clear();
-    for (const Polyline& wall : walls) {
-        for (std::size_t i = 1; i < wall.size(); ++i) {
-            const auto part = hidden_part(sight, wall[i - 1], wall[i]);
-            if (part && part->high > -reach && part->low < reach) parts.push_back(*part);
-        }
-    }
+    each_hidden_part(sight, walls, reach, [&](const Part& part) {
+        parts.push_back(part);
+        return true;
+    });
     join(parts);
     for (const Part& part : parts) {
         if (part.low <= -reach && part.high >= reach) {
@@ -100,26 +118,14 @@ bool in_plain_view(const View& view, std::span<const Polyline> walls, const Eige
     if (sight.distance < own_wall + radius) return false;
     const double reach = radius / std::sqrt(sight.distance * sight.distance - radius * radius);
     sight.distance += radius;
-    for (const Polyline& wall : walls) {
-        for (std::size_t i = 1; i < wall.size(); ++i) {
-            const auto part = hidden_part(sight, wall[i - 1], wall[i]);
-            if (part && part->high > -reach && part->low < reach) return false;
-        }
-    }
-    return true;
+    return !any_within(sight, walls, reach);
 }
 
 bool behind_wall(const View& view, std::span<const Polyline> walls, const Eigen::Vector2d& place, double beside) {
     constexpr double touching = 0.1;  // m: what stands at a wall may seem to stand in it
     Sight sight(view.position().head<2>(), place);
     sight.distance -= touching;
-    for (const Polyline& wall : walls) {
-        for (std::size_t i = 1; i < wall.size(); ++i) {
-            const auto part = hidden_part(sight, wall[i - 1], wall[i]);
-            if (part && part->high > -beside && part->low < beside) return true;
-        }
-    }
-    return false;
+    return any_within(sight, walls, beside);
 }
 
 void take_away(const WallCover& hidden, BodyMask& mask) {

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "roomfix/base/median.hpp"
 #include "roomfix/ranging/trilateration.hpp"
 
 namespace roomfix {
@@ -400,8 +401,7 @@ std::string wrong_units(const std::vector<OdometryObservation>& odometry, const 
         high = std::max(high, odometry[i].pose.yaw);
     }
     if (speeds.size() >= least) {
-        std::nth_element(speeds.begin(), speeds.begin() + static_cast<std::ptrdiff_t>(speeds.size() / 2), speeds.end());
-        const double usual = speeds[speeds.size() / 2];
+        const double usual = median(speeds);
         if (usual > too_fast) {
             return fmt::format("robot {}: its odometry drives at {:.0f} m/s: x and y seem to be in millimetres; write metres", robot.id, usual);
         }
