@@ -1,6 +1,7 @@
 """What a crowd of page clients does to the page and to the fixes of a live site: 200 idle and slow ones and 100 that listen to events.
 
-ROOMFIX=build/release/bin/roomfix python3 benchmarks/crowded_page.py [--seconds 30]
+python3 benchmarks/crowded_page.py [--seconds 30]
+The program is build/release/bin/roomfix, or what the variable ROOMFIX names.
 
 Prints how long answers of the page took and how old fixes were when they were given, without the crowd and with it."""
 import argparse

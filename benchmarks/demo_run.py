@@ -1,7 +1,8 @@
 """The demo for an hour, with its camera that freezes and its camera that is knocked: memory, latency, frame rate, every fix beside the truth,
 and how fast the machine itself is, which on a shared one is not the same at all times.
 
-ROOMFIX=build/release/bin/roomfix python3 benchmarks/demo_run.py [--minutes 60] [--output DIR]
+python3 benchmarks/demo_run.py [--minutes 60] [--output DIR]
+The program is build/release/bin/roomfix, or what the variable ROOMFIX names.
 
 Writes DIR/demo_run.csv and DIR/demo_run.svg, a row and a point per minute."""
 import argparse

@@ -1,6 +1,7 @@
 """A live site for hours, with somebody killed and started again every few seconds: what it does to memory, latency and truth.
 
-ROOMFIX=build/release/bin/roomfix [ROOMFIX_DDS_LISTENER=build/release/tests/ros2/ros2_listener] python3 benchmarks/long_run.py [--minutes 60] [--output DIR]
+[ROOMFIX_DDS_LISTENER=build/release/tests/ros2/ros2_listener] python3 benchmarks/long_run.py [--minutes 60] [--output DIR]
+The program is build/release/bin/roomfix, or what the variable ROOMFIX names.
 
 Writes DIR/long_run.csv and DIR/long_run.svg, a row and a point per minute."""
 import argparse

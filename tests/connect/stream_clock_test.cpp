@@ -18,6 +18,8 @@ struct SimulatedStream {
     double least_delay = 0.04;  // s
     double mean_jitter = 0.01;
     double wall_ahead = 0;  // s, of the camera's wall clock
+    double held_up = 0;     // share of the sender's reports that are off
+    double held_up_by = 0;  // s, how much they are, on average
     std::mt19937 random{7};
     int number = 0;
 
@@ -33,9 +35,17 @@ struct SimulatedStream {
         picture.arrival.steady = taken + late;
         picture.arrival.system = epoch + from_seconds(taken + late);
         picture.arrival.media = 5 + taken * (1 + drift);
-        if (tells_wall) picture.arrival.wall = picture.taken + from_seconds(wall_ahead);
+        if (tells_wall) picture.arrival.wall = picture.taken + from_seconds(wall_ahead + report_off());
         return picture;
     }
+
+private:
+    /// What the last report was off by: there is one every 5 s.
+    double report_off() {
+        if (number % 125 == 1) off_ = std::bernoulli_distribution(held_up)(random) ? std::exponential_distribution<double>(1 / held_up_by)(random) : 0;
+        return off_;
+    }
+    double off_ = 0;
 };
 
 double error(const StampedTime& stamp, Nanoseconds taken) { return to_seconds(stamp.time - taken); }
@@ -135,6 +145,47 @@ TEST(StreamClock, AWallClockThatIsWrongIsNotBelievedAndNamed) {
         }
         EXPECT_NE(clock.told().find(ahead > 0 ? "ahead of ours" : "behind ours"), std::string::npos) << clock.told();
     }
+}
+
+TEST(StreamClock, OneReportThatIsOffMovesNoTimes) {
+    double squares = 0, far = 0, number = 0;
+    for (const double drift : {-1e-4, 0.0, 1e-4}) {
+        SimulatedStream stream;
+        stream.random.seed(std::random_device{}());
+        stream.drift = drift;
+        stream.held_up = 0.1;
+        stream.held_up_by = 0.02;
+        StreamClock clock;
+        for (int i = 0; i < 25 * 3600; ++i) {
+            const auto picture = stream.next(true);
+            const StampedTime stamp = clock.stamp(picture.arrival);
+            const double off = error(stamp, picture.taken);
+            squares += std::pow(off / stamp.error.sigma, 2);
+            far += std::abs(off) > 0.005 ? 1 : 0;
+            ++number;
+        }
+    }
+    EXPECT_LT(squares / number, 1);
+    EXPECT_LT(far / number, 0.03);  // 0.08 of the times of single reports are off by more
+}
+
+TEST(StreamClock, AWallClockThatIsSetAnewIsFollowedAndSaidMeanwhile) {
+    SimulatedStream stream;
+    StreamClock clock;
+    double squares = 0;
+    int number = 0;
+    for (int i = 0; i < 25 * 120; ++i) {
+        if (i == 25 * 60) stream.wall_ahead = -0.1;
+        const auto picture = stream.next(true);
+        const StampedTime stamp = clock.stamp(picture.arrival);
+        const double off = error(stamp, picture.taken) - stream.wall_ahead;
+        if (i > 25 * 61) {
+            squares += std::pow(off / stamp.error.sigma, 2);
+            ++number;
+        }
+        if (i > 25 * 95) EXPECT_NEAR(off, 0, 0.001);
+    }
+    EXPECT_LT(squares / number, 2);
 }
 
 TEST(StreamClock, TimesRiseWhateverTheStreamDoes) {

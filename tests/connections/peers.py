@@ -9,13 +9,13 @@ import subprocess
 import tempfile
 import time
 
-program = os.environ["ROOMFIX"]
+source = pathlib.Path(__file__).resolve().parents[2]
+program = os.environ.get("ROOMFIX", source / "build/release/bin/roomfix")
 # DDS of this machine only.
 loopback_only = os.environ | {"ROS_LOCALHOST_ONLY": "1"}
 cyclone_on_loopback = os.environ | {"CYCLONEDDS_URI": (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><Peers><Peer address="127.0.0.1"/></Peers>'
     "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>20</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>")}
-source = pathlib.Path(__file__).resolve().parents[2]
 
 
 def free_port():

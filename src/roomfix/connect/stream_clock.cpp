@@ -15,12 +15,13 @@ constexpr double drift_needs = 10;      // s of points from which a drift is tol
 constexpr double largest_drift = 2e-3;  // s/s: more is no clock
 constexpr double jump = 2;              // s by which a clock that was set anew is off
 constexpr double clocks_agree = 0.003;  // s, 1 sigma: two machines that follow NTP
+constexpr double surprising = 2;        // sigmas by which the last sender report is off those before
 constexpr double earliest = -0.005;     // s: a picture that comes sooner than this after it was taken shows that the clocks differ
 constexpr double latest = 2;            // s: and so does one that comes later
 constexpr double unknown_delay = 0.05;  // s, 1 sigma: from exposure to arrival, of a camera of which nothing is known
 constexpr double stated_sigma = 0.005;  // s, of a delay that the site states
 constexpr double held_up = 0.05;        // s, on average: what comes later than at its soonest, where a connection is new
-constexpr int by_wall_clock = 0;        // a way to tell times; every connection has one of its own to tell them by arrival
+constexpr int by_wall_clock = 0;  // a way to tell times; by arrival is another one for each connection, as is a wall clock each time it contradicts itself
 constexpr double smoothing = 0.05;
 
 }  // namespace
@@ -74,10 +75,12 @@ double LeastOffset::at(double time) const { return level_ + slope_ * (time - fro
 void StreamClock::restart() {
     media_.clear();
     wall_.clear();
+    reports_.clear();
+    contradiction_ = 0;
     wall_state_ = Wall::none;
     has_media_ = false;
     last_media_.reset();
-    ++connection_;
+    connection_ = ++last_way_;
     since_restart_ = 0;
     last_steady_ = last_interval_ = 0;
 }
@@ -85,6 +88,13 @@ void StreamClock::restart() {
 void StreamClock::follow_media(const FrameArrival& arrival) {
     has_media_ = arrival.media.has_value();
     if (has_media_) media_.add(arrival.steady, arrival.steady - *arrival.media);
+}
+
+void StreamClock::correct_wall(FrameArrival& arrival) {
+    if (!arrival.wall || !arrival.media) return;
+    arrival.wall = reports_.corrected(*arrival.media, *arrival.wall);
+    const bool contradicted = std::abs(reports_.last_off()) > surprising * std::hypot(clocks_agree, reports_.spread());
+    contradiction_ = !contradicted ? 0 : contradiction_ != 0 ? contradiction_ : ++last_way_;
 }
 
 /// A sender's wall clock is believed if pictures come after they were taken, and not much later.
@@ -106,7 +116,10 @@ void StreamClock::note_intervals(const FrameArrival& arrival) {
     last_steady_ = arrival.steady;
 }
 
-StampedTime StreamClock::by_wall(const FrameArrival& arrival) const { return {*arrival.wall, {clocks_agree, by_wall_clock}}; }
+StampedTime StreamClock::by_wall(const FrameArrival& arrival) const {
+    if (contradiction_ != 0) return {*arrival.wall, {std::abs(reports_.last_off()), contradiction_}};
+    return {*arrival.wall, {std::hypot(clocks_agree, reports_.spread()), by_wall_clock}};
+}
 
 StampedTime StreamClock::by_arrival(const FrameArrival& arrival) const {
     const double late = has_media_ ? std::max(0.0, arrival.steady - *arrival.media - media_.at(arrival.steady)) : 0;
@@ -118,8 +131,9 @@ StampedTime StreamClock::by_arrival(const FrameArrival& arrival) const {
     return {arrival.system - from_seconds(late + delay), {std::hypot(sigma, jitter, unsettled), connection_}};
 }
 
-StampedTime StreamClock::stamp(const FrameArrival& arrival) {
+StampedTime StreamClock::stamp(FrameArrival arrival) {
     ++since_restart_;
+    correct_wall(arrival);
     follow_media(arrival);
     judge_wall(arrival);
     note_intervals(arrival);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "roomfix/base/time.hpp"
+#include "roomfix/connect/sender_reports.hpp"
 #include "roomfix/observation/time_error.hpp"
 
 namespace roomfix {
@@ -54,7 +55,7 @@ public:
     /// `delay`: s from a picture's exposure to its arrival, as the site states it.
     explicit StreamClock(std::optional<double> delay = std::nullopt) : stated_delay_(delay) {}
     /// The time of a picture, in the order in which they come; later than that of the picture before, unless the media clock says otherwise.
-    StampedTime stamp(const FrameArrival& arrival);
+    StampedTime stamp(FrameArrival arrival);
     /// A new connection: the media clock starts anew.
     void restart();
     /// Where the times come from and how exact they are, in words.
@@ -64,6 +65,7 @@ private:
     enum class Wall { none, usable, ahead, behind };
     StampedTime by_wall(const FrameArrival& arrival) const;
     StampedTime by_arrival(const FrameArrival& arrival) const;
+    void correct_wall(FrameArrival& arrival);
     void judge_wall(const FrameArrival& arrival);
     void follow_media(const FrameArrival& arrival);
     void note_intervals(const FrameArrival& arrival);
@@ -72,13 +74,16 @@ private:
     std::optional<double> learned_delay_;  // s, least, by the sender's wall clock
     LeastOffset media_;                    // our steady clock minus the media clock
     LeastOffset wall_;                     // our clock minus the sender's wall clock
+    SenderReports reports_;
+    int contradiction_ = 0;  // way of telling times while the last report contradicts those before; 0: it does not
     Wall wall_state_ = Wall::none;
     bool has_media_ = false;
     std::optional<double> last_media_;  // s, of the picture before
     double last_steady_ = 0;            // s, of the picture before
     double last_interval_ = 0;          // s
     double unevenness_ = 0;             // s, of the intervals between pictures
-    int connection_ = 1;
+    int connection_ = 1;                // way of telling times by arrival
+    int last_way_ = 1;
     int since_restart_ = 0;  // pictures
     StampedTime last_;
 };
