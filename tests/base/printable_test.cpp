@@ -24,5 +24,12 @@ TEST(Printable, WhatCannotBeShownIsAQuestionMark) {
     EXPECT_EQ(printable("\xc3\x41"), "?A");
 }
 
+TEST(Utf8, TheFirstByteThatIsNoneIsFound) {
+    EXPECT_EQ(first_that_is_not_utf8(""), std::nullopt);
+    EXPECT_EQ(first_that_is_not_utf8("a\tb\r\n\xc2\x9b Gr\u00f6\u00dfe \U0001F916"), std::nullopt) << "control characters are UTF-8, too";
+    EXPECT_EQ(first_that_is_not_utf8("a\u00f6\xff"), 3);
+    EXPECT_EQ(first_that_is_not_utf8("a\xe2\x82"), 1);
+}
+
 }  // namespace
 }  // namespace roomfix

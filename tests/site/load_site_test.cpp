@@ -129,7 +129,7 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"robot: r1", "robot: r7", "no robot 'r7'"},
         {"  up:", "  hall:", "stands twice"},
         {"  up:", "  'a b':", "letters, digits"},
-        {"  up:", "  u\xff:", "'u?'"},
+        {"  up:", "  u\xff:", "save the file as UTF-8"},
         {"count: many", "count: lots", "must be 'many' or 1"},
         {"size: [0.54, 0.54, 0.45]", "size: [0.54, 0, 0.45]", "must lie between"},
         {"tag: 5, size: 0.16", "tag: 5", "needs the key 'size'"},

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "roomfix/base/csv.hpp"
+#include "roomfix/base/printable.hpp"
 #include "roomfix/site/read_camera.hpp"
 #include "roomfix/site/read_installed.hpp"
 #include "roomfix/site/read_outputs.hpp"
@@ -119,6 +120,18 @@ void check_ros_topics(YamlReader& reader, const YAML::Node& root, const Site& si
     }
 }
 
+/// Nobody could show, send or store a name in another encoding. (YAML itself allows UTF-16, which begins with a mark.)
+bool is_utf8(std::string_view text, std::vector<Problem>& problems) {
+    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) return true;
+    const auto wrong = first_that_is_not_utf8(text);
+    if (!wrong) return true;
+    const std::string_view before = text.substr(0, *wrong);
+    const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+    const auto column = *wrong - (before.rfind('\n') + 1) + 1;
+    problems.push_back({static_cast<int>(line), static_cast<int>(column), true, "a byte that is not UTF-8: save the file as UTF-8"});
+    return false;
+}
+
 std::optional<YAML::Node> parse_yaml(std::string_view text, std::vector<Problem>& problems) {
     try {
         return YAML::Load(std::string(text));
@@ -157,6 +170,7 @@ void read_site(YamlReader& reader, const YAML::Node& root, Site& site) {
 LoadedSite parse_site(std::string_view text, const std::filesystem::path& folder) {
     LoadedSite loaded;
     loaded.site.folder = folder;
+    if (!is_utf8(text, loaded.problems)) return loaded;
     const auto root = parse_yaml(text, loaded.problems);
     if (!root) return loaded;
     try {
