@@ -330,6 +330,23 @@ TEST(Tracker, LearnsHowFarACamerasTimeStampsAreOff) {
     EXPECT_LT(errors[1], 0.5 * errors[0]);
 }
 
+TEST(Tracker, StartsAsUnsureAsTheTimeOfItsFirstPictureIs) {
+    double squares = 0;
+    constexpr int starts = 400;
+    Random random(11);
+    for (int i = 0; i < starts; ++i) {
+        Tracker tracker(box_site);
+        const double late = random.normal(0.05), vx = random.normal(0.7), vy = random.normal(0.7);
+        PoseObservation first = seen(4 - late * vx + random.normal(0.01), 3 - late * vy + random.normal(0.01), 0);
+        first.time_error = {0.05, 1};
+        see(tracker, 1, "c", first);
+        const Fix fix = tracker.fixes(from_seconds(1)).at(0);
+        const Eigen::Vector2d off(fix.pose.x - 4, fix.pose.y - 3);
+        squares += off.dot(fix.covariance.topLeftCorner<2, 2>().inverse() * off) / 2;
+    }
+    EXPECT_NEAR(squares / starts, 1, 0.25);
+}
+
 TEST(Tracker, ATagTellsWhichOfTwoLookAlikesItIsAndWhere) {
     std::vector<SiteRobot> robots = {robot_of("a1", Box{0.5, 0.5, 0.3}), robot_of("a2", Box{0.5, 0.5, 0.3})};
     for (int r = 0; r < 2; ++r) {

@@ -22,7 +22,8 @@ struct PlaceProposal {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
     bool yaw_known = true;
     double weight = 1;
-    double late = 0;  // s: how much later than the frame's time it was seen there, as of a PoseObservation
+    double late = 0;        // s: how much later than the frame's time it was seen there, as of a PoseObservation
+    double time_sigma = 0;  // s, of the frame's time
 };
 
 /// All robots of a group of look-alikes in one frame of a fixed camera.

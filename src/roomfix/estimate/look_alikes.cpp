@@ -175,13 +175,13 @@ void start_track(Association& association, const PoseObservation& observation, c
     Track track;
     track.robot = group.many ? group.robots.front() : observation.robot;
     note_kind(track, observation, group);
-    start(track, places_of(observation), event.time, models);
+    start(track, places_of(observation, models.fixed.at(event.source)), event.time, models);
     health_of(track, event.source).seen = event.time;
     for (std::size_t r = 0; r < group.robots.size() && !group.many; ++r) propose_name(track, group.robots[r], models);
     if (!track.names.empty()) propose_stranger(track);
     for (PossibleName& name : track.names) {
         if (name.is_stranger() || group.kind_of(name.track.robot) == group.kind_of(observation.robot)) continue;
-        start(name.track, places_of(seen_as(name.track.robot, observation, group)), event.time, models);
+        start(name.track, places_of(seen_as(name.track.robot, observation, group), models.fixed.at(event.source)), event.time, models);
     }
     association.tracks.push_back(track);
 }

@@ -7,6 +7,7 @@
 
 #include "roomfix/estimate/iterated_update.hpp"
 #include "roomfix/estimate/own_senses.hpp"
+#include "roomfix/estimate/time_error_model.hpp"
 #include "roomfix/estimate/track_start.hpp"
 
 namespace roomfix {
@@ -237,7 +238,7 @@ void predict(Track& track, Nanoseconds time, const TrackingModels& models) {
 }
 
 /// A body that looks the same from several sides, and drives another way than it faces: perhaps it faces that way.
-void doubt_the_front(Track& track, const PoseObservation& observation, const TrackingModels& models) {
+void doubt_the_front(Track& track, const PoseObservation& observation, const PoseSource& errors, const TrackingModels& models) {
     if (observation.like_turns < 2 || track.belief.hypotheses.size() > 1 || models.motion[static_cast<std::size_t>(track.robot)].drive == Drive::holonomic)
         return;
     const Belief& belief = track.belief.best();
@@ -245,7 +246,7 @@ void doubt_the_front(Track& track, const PoseObservation& observation, const Tra
     const double forward = belief.forward_speed();
     const double turn = 2 * std::numbers::pi / observation.like_turns;
     if (velocity.norm() < moving_speed || forward > velocity.norm() * std::cos(0.75 * turn)) return;
-    add_places(track, places_of(observation), front_doubt, models);
+    add_places(track, places_of(observation, errors), front_doubt, models);
 }
 
 /// A body that looks the same from several sides, of a robot that is hardly known to face one of them: each is a hypothesis of its own.
@@ -277,18 +278,24 @@ void face_each_way(Track& track, const PoseObservation& observation) {
 }
 
 double take_pose(Track& track, const PoseObservation& observation, int source, const TrackingModels& models, bool certain) {
-    doubt_the_front(track, observation, models);
-    face_each_way(track, observation);
     const PoseSource& errors = models.fixed.at(source);
+    doubt_the_front(track, observation, errors, models);
+    face_each_way(track, observation);
     OutlierModel outliers = outlier_model(observation.yaw_known ? 3 : 2, models.settings);
     if (certain) outliers.gate = std::numeric_limits<double>::infinity();
     thread_local std::vector<PlaceProposal> places;
-    list_places(observation, places);
+    list_places(observation, errors, places);
     return take_with(track, source, places, models, [&](Belief& belief) -> std::optional<Innovation> {
         add_slow_states(belief, observation, errors);
         if (!observation.yaw_known) return update(belief, linearise_place(belief, observation, errors), outliers);
         return update(belief, linearise_pose(belief, observation, errors), outliers);
     });
+}
+
+/// s, of the time of the frame in which a robot's own camera saw these.
+template <class Observation>
+double frame_sigma(const std::vector<Observation>& seen, const Event& event, const TrackingModels& models) {
+    return time_sigma(models.onboard.at(event.source).time_offset_sigma, seen.empty() ? TimeError{} : seen.front().time_error);
 }
 
 /// Is a sighting that names places to be the track's start? At first, after so long unseen that what is believed says nothing, and where it is not seen
@@ -298,10 +305,12 @@ bool begins(const Track& track, const TrackingModels& models) {
 }
 
 double take(Track& track, const Event& event, const TrackingModels& models) {
-    const auto fuse = [&](const std::vector<PlaceProposal>& proposals, const auto& update_one) {
+    const auto fuse = [&](const std::vector<PlaceProposal>& proposals, double time_sigma, const auto& update_one) {
         if (track.alive() && (proposals.empty() || !begins(track, models))) return take_with(track, event.source, proposals, models, update_one);
         if (!proposals.empty()) {
-            start(track, proposals, event.time, models);
+            std::vector<PlaceProposal> places = proposals;
+            for (PlaceProposal& place : places) place.time_sigma = time_sigma;
+            start(track, places, event.time, models);
             health_of(track, event.source).seen = event.time;
         }
         return 0.0;
@@ -323,7 +332,7 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
 
         double operator()(const PoseObservation& o) const {
             if (!begins(track, models)) return take_pose(track, o, event.source, models);
-            start(track, places_of(o), event.time, models);
+            start(track, places_of(o, models.fixed.at(event.source)), event.time, models);
             health_of(track, event.source).seen = event.time;
             return 0;
         }
@@ -332,17 +341,17 @@ double take(Track& track, const Event& event, const TrackingModels& models) {
             const PoseSource& camera = models.fixed.at(event.source);
             const View& view = models.views.at(event.source);
             const SiteRobot& robot = models.site.robots[static_cast<std::size_t>(s.robot)];
-            return fuse_with(s.proposals, [&](Belief& b) {
+            return fuse_with(s.proposals, time_sigma(camera.time_offset_sigma, s.time_error), [&](Belief& b) {
                 add_slow_states(b, camera, s.time_error);
                 return iterated_update<8>(b, outlier_model_over(8, 100, models.settings),
                                           [&](const Belief& at) { return linearise_tag(at, s.corners, view, robot, camera, s.time_error); });
             });
         }
         double operator()(const LandmarkSighting& s) const {
-            return fuse_with(s.proposals, [&](Belief& b) { return take_landmarks(b, s, event.source, models); });
+            return fuse_with(s.proposals, frame_sigma(s.landmarks, event, models), [&](Belief& b) { return take_landmarks(b, s, event.source, models); });
         }
         double operator()(const CornerSighting& s) const {
-            return fuse_with(s.proposals, [&](Belief& b) { return take_corners(b, s, event.source, models); });
+            return fuse_with(s.proposals, frame_sigma(s.corners, event, models), [&](Belief& b) { return take_corners(b, s, event.source, models); });
         }
         double operator()(const RangeObservation& o) const {
             if (!hear(track, o, models)) return 0;

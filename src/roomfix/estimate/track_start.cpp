@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "roomfix/estimate/time_error_model.hpp"
+
 namespace roomfix {
 namespace {
 
@@ -34,9 +36,9 @@ Belief start_belief(const PlaceProposal& place, int robot, const TrackingModels&
     }
     const TrackerSettings& settings = models.settings;
     Belief belief = belief_at(place.pose, covariance, settings.start_speed, settings.start_turning, models.odometry[static_cast<std::size_t>(robot)]);
-    for (int i = 0; i < 3 && place.late != 0; ++i) {  // it was there then, and moves as nobody knows yet
+    for (int i = 0; i < 3; ++i) {  // it was there then, and moves as nobody knows yet
         const double variance = belief.covariance(state_vx + i, state_vx + i);
-        belief.covariance(i, i) += place.late * place.late * variance;
+        belief.covariance(i, i) += (place.late * place.late + place.time_sigma * place.time_sigma) * variance;
         belief.covariance(i, state_vx + i) = belief.covariance(state_vx + i, i) = -place.late * variance;
     }
     return belief;
@@ -83,19 +85,24 @@ void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds t
     add_places(track, places, 1, models);
 }
 
-void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places) {
+void list_places(const PoseObservation& observation, const PoseSource& source, std::vector<PlaceProposal>& places) {
     places.clear();
     const bool yaw_known = observation.yaw_known && observation.covariance(2, 2) < vague_yaw * vague_yaw;
     const int turns = yaw_known ? std::max(observation.like_turns, 1) : 1;
     for (int i = 0; i < turns; ++i) {
         const double yaw = wrap_angle(observation.pose.yaw + 2 * std::numbers::pi * i / turns);
-        places.push_back({{observation.pose.x, observation.pose.y, yaw}, observation.covariance, yaw_known, 1, observation.late});
+        places.push_back({{observation.pose.x, observation.pose.y, yaw},
+                          observation.covariance,
+                          yaw_known,
+                          1,
+                          observation.late,
+                          time_sigma(source.time_offset_sigma, observation.time_error)});
     }
 }
 
-std::vector<PlaceProposal> places_of(const PoseObservation& observation) {
+std::vector<PlaceProposal> places_of(const PoseObservation& observation, const PoseSource& source) {
     std::vector<PlaceProposal> places;
-    list_places(observation, places);
+    list_places(observation, source, places);
     return places;
 }
 

@@ -17,7 +17,7 @@ void add_places(Track& track, const std::vector<PlaceProposal>& places, double s
 void start(Track& track, const std::vector<PlaceProposal>& places, Nanoseconds time, const TrackingModels& models);
 
 /// The places that a sighting allows: all poses that look alike.
-void list_places(const PoseObservation& observation, std::vector<PlaceProposal>& places);
-std::vector<PlaceProposal> places_of(const PoseObservation& observation);
+void list_places(const PoseObservation& observation, const PoseSource& source, std::vector<PlaceProposal>& places);
+std::vector<PlaceProposal> places_of(const PoseObservation& observation, const PoseSource& source);
 
 }  // namespace roomfix
