@@ -15,7 +15,8 @@ constexpr double drift_needs = 10;      // s of points from which a drift is tol
 constexpr double largest_drift = 2e-3;  // s/s: more is no clock
 constexpr double jump = 2;              // s by which a clock that was set anew is off
 constexpr double clocks_agree = 0.003;  // s, 1 sigma: two machines that follow NTP
-constexpr double surprising = 2;        // sigmas by which the last sender report is off those before
+constexpr double surprising = 2;        // sigmas by which the last sender report is off those before: it contradicts them ...
+constexpr double settled = 1;           // ... until it is off by less
 constexpr double earliest = -0.005;     // s: a picture that comes sooner than this after it was taken shows that the clocks differ
 constexpr double latest = 2;            // s: and so does one that comes later
 constexpr double unknown_delay = 0.05;  // s, 1 sigma: from exposure to arrival, of a camera of which nothing is known
@@ -93,7 +94,8 @@ void StreamClock::follow_media(const FrameArrival& arrival) {
 void StreamClock::correct_wall(FrameArrival& arrival) {
     if (!arrival.wall || !arrival.media) return;
     arrival.wall = reports_.corrected(*arrival.media, *arrival.wall);
-    const bool contradicted = std::abs(reports_.last_off()) > surprising * std::hypot(clocks_agree, reports_.spread());
+    const double sigmas = std::abs(reports_.last_off()) / std::hypot(clocks_agree, reports_.spread());
+    const bool contradicted = sigmas > (contradiction_ == 0 ? surprising : settled);
     contradiction_ = !contradicted ? 0 : contradiction_ != 0 ? contradiction_ : ++last_way_;
 }
 
