@@ -130,6 +130,7 @@ TEST(LoadSite, SaysWhatIsWrongWithOneThing) {
         {"  up:", "  hall:", "stands twice"},
         {"  up:", "  'a b':", "letters, digits"},
         {"  up:", "  u\xff:", "save the file as UTF-8"},
+        {"  up:", "  \"u\\x7f\":", "'u?'"},
         {"count: many", "count: lots", "must be 'many' or 1"},
         {"size: [0.54, 0.54, 0.45]", "size: [0.54, 0, 0.45]", "must lie between"},
         {"tag: 5, size: 0.16", "tag: 5", "needs the key 'size'"},

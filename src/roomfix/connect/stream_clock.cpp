@@ -91,12 +91,14 @@ void StreamClock::follow_media(const FrameArrival& arrival) {
     if (has_media_) media_.add(arrival.steady, arrival.steady - *arrival.media);
 }
 
+double StreamClock::wall_sigma() const { return std::hypot(clocks_agree, reports_.spread()); }
+
 void StreamClock::correct_wall(FrameArrival& arrival) {
     if (!arrival.wall || !arrival.media) return;
     arrival.wall = reports_.corrected(*arrival.media, *arrival.wall);
-    const double sigmas = std::abs(reports_.last_off()) / std::hypot(clocks_agree, reports_.spread());
-    const bool contradicted = sigmas > (contradiction_ == 0 ? surprising : settled);
-    contradiction_ = !contradicted ? 0 : contradiction_ != 0 ? contradiction_ : ++last_way_;
+    const double sigmas = std::abs(reports_.last_off()) / wall_sigma();
+    if (contradiction_ == 0 && sigmas > surprising) contradiction_ = ++last_way_;
+    if (contradiction_ != 0 && sigmas <= settled) contradiction_ = 0;
 }
 
 /// A sender's wall clock is believed if pictures come after they were taken, and not much later.
@@ -120,7 +122,7 @@ void StreamClock::note_intervals(const FrameArrival& arrival) {
 
 StampedTime StreamClock::by_wall(const FrameArrival& arrival) const {
     if (contradiction_ != 0) return {*arrival.wall, {std::abs(reports_.last_off()), contradiction_}};
-    return {*arrival.wall, {std::hypot(clocks_agree, reports_.spread()), by_wall_clock}};
+    return {*arrival.wall, {wall_sigma(), by_wall_clock}};
 }
 
 StampedTime StreamClock::by_arrival(const FrameArrival& arrival) const {

@@ -65,6 +65,7 @@ private:
     enum class Wall { none, usable, ahead, behind };
     StampedTime by_wall(const FrameArrival& arrival) const;
     StampedTime by_arrival(const FrameArrival& arrival) const;
+    double wall_sigma() const;  // s, where the reports agree
     void correct_wall(FrameArrival& arrival);
     void judge_wall(const FrameArrival& arrival);
     void follow_media(const FrameArrival& arrival);

@@ -305,11 +305,11 @@ bool begins(const Track& track, const TrackingModels& models) {
 }
 
 double take(Track& track, const Event& event, const TrackingModels& models) {
-    const auto fuse = [&](const std::vector<PlaceProposal>& proposals, double time_sigma, const auto& update_one) {
+    const auto fuse = [&](const std::vector<PlaceProposal>& proposals, double sigma_of_frame, const auto& update_one) {
         if (track.alive() && (proposals.empty() || !begins(track, models))) return take_with(track, event.source, proposals, models, update_one);
         if (!proposals.empty()) {
             std::vector<PlaceProposal> places = proposals;
-            for (PlaceProposal& place : places) place.time_sigma = time_sigma;
+            for (PlaceProposal& place : places) place.time_sigma = sigma_of_frame;
             start(track, places, event.time, models);
             health_of(track, event.source).seen = event.time;
         }
