@@ -42,6 +42,20 @@ TEST(CameraModel, PixelToRayAndBackAgreesWherePossible) {
     }));
 }
 
+TEST(CameraModel, ARayBesideAKnownOneIsTheSameAsAlone) {
+    EXPECT_TRUE(rc::check("unproject_beside(p, any) == unproject(p)", [](std::uint64_t seed) {
+        Random random(seed);
+        const CameraModel model = random_model(random);
+        const Eigen::Vector2d pixel(random.uniform(0, 638), random.uniform(0, 479));
+        const auto ray = unproject(model, pixel);
+        for (const double off : {1.0, -30.0}) {
+            const auto beside = unproject_beside(model, pixel, unproject(model, pixel + Eigen::Vector2d(off, 0)));
+            RC_ASSERT(beside.has_value() == ray.has_value());
+            if (ray) RC_ASSERT((*beside - *ray).norm() * model.fx < 1e-9);
+        }
+    }));
+}
+
 TEST(CameraModel, APlainLensIsInvertibleEverywhere) {
     const CameraModel model = make_camera_model(640, 480, 500, 500, 320, 240, {-0.1, 0.02, 0.001, -0.001, 0});
     for (int x = 0; x < 640; x += 20) {

@@ -12,9 +12,22 @@ constexpr std::uint64_t mix64(std::uint64_t z) {
     return z ^ (z >> 31U);
 }
 
+/// normal_quantile() of a fraction below 0.02425.
+double normal_tail_quantile(double p);
+
 /// The standard normal deviate below which a fraction p of the distribution lies; 0 < p < 1.
 /// Rational approximation by P. J. Acklam, relative error below 1.2e-9.
-double normal_quantile(double p);
+inline double normal_quantile(double p) {
+    constexpr double a[] = {-3.969683028665376e+01, 2.209460984245205e+02,  -2.759285104469687e+02,
+                            1.383577518672690e+02,  -3.066479806614716e+01, 2.506628277459239e+00};
+    constexpr double b[] = {-5.447609879822406e+01, 1.615858368580409e+02, -1.556989798598866e+02, 6.680131188771972e+01, -1.328068155288572e+01};
+    constexpr double low = 0.02425;
+    if (p < low) return normal_tail_quantile(p);
+    if (p > 1 - low) return -normal_tail_quantile(1 - p);
+    const double q = p - 0.5;
+    const double r = q * q;
+    return (((((a[0] * r + a[1]) * r + a[2]) * r + a[3]) * r + a[4]) * r + a[5]) * q / (((((b[0] * r + b[1]) * r + b[2]) * r + b[3]) * r + b[4]) * r + 1);
+}
 
 /// A sequence of random numbers that the seed decides.
 class Random {

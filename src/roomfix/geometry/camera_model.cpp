@@ -191,16 +191,9 @@ std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Ve
 
 namespace {
 
-/// The same without a grid.
-std::optional<Eigen::Vector2d> unproject_ideal(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
-    const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
-    const double distorted_radius = target.norm();
-    if (!std::isfinite(distorted_radius)) return std::nullopt;
-    const auto radius = invert_radius(model, distorted_radius);
-    if (!radius) return std::nullopt;
-    Eigen::Vector2d p = distorted_radius > 0 ? Eigen::Vector2d(target * (*radius / distorted_radius)) : target;
-
-    // The radial part is inverted; Newton adds the tangential part. Steps that leave the invertible part are halved.
+/// Newton's steps from `p` to the undistorted point of `target`; nothing after so many. Steps that leave the invertible part are halved.
+std::optional<Eigen::Vector2d> newton_unproject(const CameraModel& model, const Eigen::Vector2d& target, Eigen::Vector2d p, int most_steps,
+                                                Eigen::Matrix2d* jacobian) {
     const double tolerance = 1e-10 / std::max(model.fx, model.fy);
     const auto invertible = [&](const Eigen::Vector2d& at, Eigen::Matrix2d& bend, Eigen::Vector2d& miss) {
         miss = distort(model, at, &bend) - target;
@@ -209,7 +202,7 @@ std::optional<Eigen::Vector2d> unproject_ideal(const CameraModel& model, const E
     Eigen::Matrix2d bend;
     Eigen::Vector2d miss;
     if (!invertible(p, bend, miss)) return std::nullopt;
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < most_steps; ++i) {
         if (miss.cwiseAbs().maxCoeff() <= tolerance) {
             if (jacobian) *jacobian = bend.inverse() * Eigen::Vector2d(1 / model.fx, 1 / model.fy).asDiagonal();
             return p;
@@ -223,6 +216,18 @@ std::optional<Eigen::Vector2d> unproject_ideal(const CameraModel& model, const E
     return std::nullopt;
 }
 
+/// The same without a grid.
+std::optional<Eigen::Vector2d> unproject_ideal(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
+    const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
+    const double distorted_radius = target.norm();
+    if (!std::isfinite(distorted_radius)) return std::nullopt;
+    const auto radius = invert_radius(model, distorted_radius);
+    if (!radius) return std::nullopt;
+    // The radial part is inverted; Newton adds the tangential part.
+    constexpr int enough = 30;
+    return newton_unproject(model, target, distorted_radius > 0 ? Eigen::Vector2d(target * (*radius / distorted_radius)) : target, enough, jacobian);
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
@@ -232,6 +237,15 @@ std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::
     const auto ray = ideal ? unproject_ideal(model, *ideal, jacobian) : std::nullopt;
     if (ray && jacobian) *jacobian = (*jacobian * by_pixel).eval();
     return ray;
+}
+
+std::optional<Eigen::Vector2d> unproject_beside(const CameraModel& model, const Eigen::Vector2d& pixel, const std::optional<Eigen::Vector2d>& neighbour) {
+    constexpr int few = 5;
+    if (!model.grid && neighbour) {
+        const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
+        if (const auto ray = newton_unproject(model, target, *neighbour, few, nullptr)) return ray;
+    }
+    return unproject(model, pixel);
 }
 
 std::optional<CameraModel> rescaled(const CameraModel& model, int width, int height) {

@@ -73,6 +73,8 @@ std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Ve
 /// The point (x/z, y/z) on the ray through a pixel; project() of (x/z, y/z, 1) gives the pixel back within 1e-9 px.
 /// `jacobian`, if asked for, is d(x/z, y/z) / d(pixel). Nothing where the model has no inverse.
 std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian = nullptr);
+/// The same to rounding, faster where the undistorted point of a pixel nearby is known.
+std::optional<Eigen::Vector2d> unproject_beside(const CameraModel& model, const Eigen::Vector2d& pixel, const std::optional<Eigen::Vector2d>& neighbour);
 
 /// The same camera at another resolution of the same picture: all of it, scaled. Nothing if the shape of the picture is another one,
 /// or the lens is described by a grid.

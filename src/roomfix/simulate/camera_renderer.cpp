@@ -6,12 +6,12 @@
 #include <numbers>
 
 #include "roomfix/base/random.hpp"
+#include "roomfix/simulate/row_sums.hpp"
 
 namespace roomfix {
 namespace {
 
 constexpr int blur_reach = 4;
-constexpr int cell_size = 4;  // px: one ray per cell finds out whether a robot or its shadow is there
 /// Rays through a pixel in which an edge runs: no two of the lattice are in one row or column.
 struct Lattice {
     int points, step;
@@ -30,6 +30,17 @@ std::array<float, 2 * blur_reach + 1> blur_kernel(double sigma) {
     for (float& k : kernel) k /= sum;
     return kernel;
 }
+
+/// Working memory of the blur: a row of pixels as far as the blur reaches, and what was blurred along rows.
+struct BlurRows {
+    std::vector<float> mean, right, down;
+    std::vector<float> light_across, down_across;
+
+    void start(std::size_t columns, std::size_t count) {
+        for (auto* row : {&mean, &right, &down}) row->resize(columns + 2 * blur_reach);
+        for (auto* rows : {&light_across, &down_across}) rows->assign(columns * count, 0);
+    }
+};
 
 /// Two numbers from 0 to 1 of random bits.
 Eigen::Vector2f two_of(std::uint64_t bits) {
@@ -55,8 +66,9 @@ CameraRenderer::CameraRenderer(const Scene& scene, const View& view, const Senso
     still_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
     const Rectangle all{0, 0, width_ - 1, height_ - 1};
     for (int y = 0; y < height_; y += cell_size) {
+        CellCorners corners;
         for (int x = 0; x < width_; x += cell_size) {
-            still_floor_.push_back(trace_cell(x, y, all, still, still_));
+            still_floor_.push_back(trace_cell(x, y, all, still, corners, still_));
             still_surface_.push_back(surface_at(x, y, still));
         }
     }
@@ -116,18 +128,21 @@ CameraRenderer::Ray CameraRenderer::ray(std::uint64_t jitter, const Eigen::Vecto
 }
 
 /// The rays of the pixels' corners where they agree on what they see, a lattice of them where they do not.
-bool CameraRenderer::trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, std::vector<PixelLight>& light) const {
+bool CameraRenderer::trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, CellCorners& corners,
+                                std::vector<PixelLight>& light) const {
     const int right = std::min(left + cell_size, width_), bottom = std::min(top + cell_size, height_);
-    std::array<Ray, (cell_size + 1) * (cell_size + 1)> corners;
-    const auto at = [&](int x, int y) -> Ray& { return corners[static_cast<std::size_t>((y - top) * (cell_size + 1) + x - left)]; };
+    const auto at = [&](int x, int y) -> Ray& { return corners.rays[static_cast<std::size_t>((y - top) * (cell_size + 1) + x - left)]; };
+    const bool known_left = corners.next == left;
     bool floor = true;
     for (int y = top; y <= bottom; ++y) {
+        if (known_left) at(left, y) = at(left + cell_size, y);
         for (int x = left; x <= right; ++x) {
             const std::size_t number = rays_.corner(x, y);
-            at(x, y) = ray(mix64(seed_ ^ mix64(number)), rays_.corners()[number], moving);
+            if (x > left || !known_left) at(x, y) = ray(mix64(seed_ ^ mix64(number)), rays_.corners()[number], moving);
             floor &= at(x, y).sight.floor;
         }
     }
+    corners.next = right;
     for (int y = std::max(top, area.top); y < std::min(bottom, area.bottom + 1); ++y) {
         for (int x = std::max(left, area.left); x < std::min(right, area.right + 1); ++x) {
             const std::array<const Ray*, 4> around{&at(x, y), &at(x + 1, y), &at(x, y + 1), &at(x + 1, y + 1)};
@@ -209,33 +224,31 @@ void CameraRenderer::blur(const std::vector<PixelLight>& light, const Rectangle&
         const auto k = static_cast<std::size_t>(i + blur_reach);
         slope[k] = -static_cast<float>(i / variance) * kernel[k];
     }
-    struct Row {
-        float light = 0, down = 0;
-    };
     const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * width_ + x); };
-    thread_local std::vector<Row> across;
-    across.resize(light.size());
-    for (int y = std::max(area.top - blur_reach, 0); y <= std::min(area.bottom + blur_reach, height_ - 1); ++y) {
-        for (int x = area.left; x <= area.right; ++x) {
-            Row sum;
-            for (int i = -blur_reach; i <= blur_reach; ++i) {
-                const PixelLight& from = light[at(std::clamp(x + i, 0, width_ - 1), y)];
-                const auto k = static_cast<std::size_t>(i + blur_reach);
-                sum.light += kernel[k] * from.mean + slope[k] * from.right;
-                sum.down += kernel[k] * from.down;
-            }
-            across[at(x, y)] = sum;
+    const int first = std::max(area.top - blur_reach, 0), last = std::min(area.bottom + blur_reach, height_ - 1);
+    const auto columns = static_cast<std::size_t>(area.right - area.left + 1);
+    thread_local BlurRows rows;
+    rows.start(columns, static_cast<std::size_t>(last - first + 1));
+    for (int y = first; y <= last; ++y) {
+        for (std::size_t i = 0; i < rows.mean.size(); ++i) {
+            const PixelLight& from = light[at(std::clamp(area.left - blur_reach + static_cast<int>(i), 0, width_ - 1), y)];
+            rows.mean[i] = from.mean;
+            rows.right[i] = from.right;
+            rows.down[i] = from.down;
+        }
+        const std::size_t row = static_cast<std::size_t>(y - first) * columns;
+        for (std::size_t k = 0; k < kernel.size(); ++k) {
+            add_scaled(kernel[k], rows.mean.data() + k, slope[k], rows.right.data() + k, columns, rows.light_across.data() + row);
+            add_scaled(kernel[k], rows.down.data() + k, columns, rows.down_across.data() + row);
         }
     }
     for (int y = area.top; y <= area.bottom; ++y) {
-        for (int x = area.left; x <= area.right; ++x) {
-            float sum = 0;
-            for (int i = -blur_reach; i <= blur_reach; ++i) {
-                const Row& from = across[at(x, std::clamp(y + i, 0, height_ - 1))];
-                const auto k = static_cast<std::size_t>(i + blur_reach);
-                sum += kernel[k] * from.light + slope[k] * from.down;
-            }
-            blurred[at(x, y)] = sum;
+        float* to = blurred.data() + at(area.left, y);
+        std::fill_n(to, columns, 0.0f);
+        for (std::size_t k = 0; k < kernel.size(); ++k) {
+            const int from = std::clamp(y - blur_reach + static_cast<int>(k), 0, height_ - 1);
+            const std::size_t row = static_cast<std::size_t>(from - first) * columns;
+            add_scaled(kernel[k], rows.light_across.data() + row, slope[k], rows.down_across.data() + row, columns, to);
         }
     }
 }
@@ -309,9 +322,10 @@ CameraRenderer::Rectangle CameraRenderer::changed_by(const Cluster& cluster) con
 
 /// A row of grid cells, those that were found to be changed.
 void CameraRenderer::trace_cells(int row, const Rectangle& changed, MovingSolids& moving) const {
+    CellCorners corners;
     for (int i = changed.left / cell_size; i <= changed.right / cell_size; ++i) {
         if (!changed_[static_cast<std::size_t>(row * across_ + i)] || !narrow(i * cell_size, row * cell_size, cell_size, moving)) continue;
-        trace_cell(i * cell_size, row * cell_size, changed, moving, traced_);
+        trace_cell(i * cell_size, row * cell_size, changed, moving, corners, traced_);
     }
 }
 

@@ -59,9 +59,15 @@ private:
         Illumination falls;
         float light() const { return sight.albedo * falls.light + sight.added; }
     };
+    static constexpr int cell_size = 4;  // px: one ray per grid cell finds out whether a robot or its shadow is there
+    /// Rays of the pixels' corners in a grid cell. Those of its right side are the next cell's left side.
+    struct CellCorners {
+        std::array<Ray, (cell_size + 1) * (cell_size + 1)> rays;
+        int next = -1;  // x at which that one would begin
+    };
     Ray ray(std::uint64_t jitter, const Eigen::Vector3f& direction, const MovingSolids& moving) const;
     /// Traces the pixels of a grid cell within `area`. False where not all rays ended on the floor.
-    bool trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, std::vector<PixelLight>& light) const;
+    bool trace_cell(int left, int top, const Rectangle& area, const MovingSolids& moving, CellCorners& corners, std::vector<PixelLight>& light) const;
     PixelLight edge_light(int x, int y, const std::array<const Ray*, 4>& corners, const MovingSolids& moving) const;
     void copy_still(const Rectangle& area) const;
     /// What the optics make of `light`, written to `blurred` within `area`.

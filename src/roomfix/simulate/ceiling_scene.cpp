@@ -68,9 +68,10 @@ CeilingRenderer::CeilingRenderer(const CameraModel& model, const SensorModel& se
     : model_(model), sensor_(model.width, model.height, sensor, glare, seed), width_(model.width), height_(model.height) {
     rays_.reserve(static_cast<std::size_t>(4 * width_ * height_));
     for (int y = 0; y < height_; ++y) {
+        std::optional<Eigen::Vector2d> ray;
         for (int x = 0; x < width_; ++x) {
             for (int i = 0; i < 4; ++i) {
-                const auto ray = unproject(model, {x + 0.5 * (i & 1) - 0.25, y + 0.5 * (i >> 1) - 0.25});
+                ray = unproject_beside(model, {x + 0.5 * (i & 1) - 0.25, y + 0.5 * (i >> 1) - 0.25}, ray);
                 rays_.push_back(ray ? Eigen::Vector3f(ray->homogeneous().cast<float>()) : Eigen::Vector3f(Eigen::Vector3f::Zero()));
             }
         }

@@ -18,6 +18,12 @@ struct Wall {
     Vector2f from, along, inward;
     float length, albedo;
 };
+/// A panel with its turn worked out.
+struct PlacedPanel {
+    Eigen::Vector2d centre, half;
+    double cosine, sine;
+    float albedo, glow;
+};
 struct PlacedBox {
     Vector3f centre, half;
     float cosine, sine, albedo;
@@ -57,6 +63,9 @@ public:
             const Vector2f to = scene.walls[(i + 1) % scene.walls.size()].cast<float>();
             const Vector2f along = (to - from).normalized();
             walls_.push_back({from, along, {-along.y(), along.x()}, (to - from).norm(), i < scene.wall_albedo.size() ? scene.wall_albedo[i] : 0.7f});
+        }
+        for (const CeilingPanel& panel : scene.panels) {
+            panels_.push_back({panel.centre, panel.half, std::cos(panel.yaw), std::sin(panel.yaw), panel.albedo, panel.glow});
         }
         for (const RoomBox& box : scene.boxes) {
             boxes_.push_back(
@@ -156,11 +165,10 @@ private:
     }
 
     void on_ceiling(const Vector3f& place, Meeting& hit) const {
-        for (std::size_t i = scene_.panels.size(); i-- > 0;) {
-            const CeilingPanel& panel = scene_.panels[i];
+        for (std::size_t i = panels_.size(); i-- > 0;) {
+            const PlacedPanel& panel = panels_[i];
             const Eigen::Vector2d off = place.head<2>().cast<double>() - panel.centre;
-            const Eigen::Vector2d own(std::cos(panel.yaw) * off.x() + std::sin(panel.yaw) * off.y(),
-                                      -std::sin(panel.yaw) * off.x() + std::cos(panel.yaw) * off.y());
+            const Eigen::Vector2d own(panel.cosine * off.x() + panel.sine * off.y(), -panel.sine * off.x() + panel.cosine * off.y());
             if (std::abs(own.x()) > panel.half.x() || std::abs(own.y()) > panel.half.y()) continue;
             hit.albedo = panel.albedo;
             hit.glow = panel.glow;
@@ -241,6 +249,7 @@ private:
     const RoomScene& scene_;
     float height_;
     std::vector<Wall> walls_;
+    std::vector<PlacedPanel> panels_;
     std::vector<PlacedBox> boxes_;
 };
 

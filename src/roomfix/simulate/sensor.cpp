@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "roomfix/base/random.hpp"
+#include "roomfix/simulate/row_sums.hpp"
 
 namespace roomfix {
 
@@ -24,47 +25,64 @@ void Sensor::blur(std::vector<float>& light) {
     float sum = 0;
     for (int i = -reach; i <= reach; ++i) sum += kernel.emplace_back(static_cast<float>(std::exp(-0.5 * i * i / (model_.blur * model_.blur))));
     for (float& k : kernel) k /= sum;
-    work_.resize(light.size());
-    const auto pass = [&](const std::vector<float>& from, std::vector<float>& to, int count, int step, int lines, int line_step) {
-        for (int line = 0; line < lines; ++line) {
-            for (int i = 0; i < count; ++i) {
-                float value = 0;
-                for (int k = -reach; k <= reach; ++k) {
-                    const int j = std::clamp(i + k, 0, count - 1);
-                    value += kernel[static_cast<std::size_t>(k + reach)] * from[static_cast<std::size_t>(line * line_step + j * step)];
-                }
-                to[static_cast<std::size_t>(line * line_step + i * step)] = value;
-            }
+    work_.assign(light.size(), 0);
+    const auto width = static_cast<std::size_t>(width_), beyond = static_cast<std::size_t>(reach);
+    std::vector<float> row(width + 2 * beyond);  // goes on as it ends
+    for (std::size_t start = 0; start < light.size(); start += width) {
+        const float* from = light.data() + start;
+        std::fill_n(row.begin(), beyond, from[0]);
+        std::copy_n(from, width, row.begin() + reach);
+        std::fill_n(row.begin() + reach + width_, beyond, from[width - 1]);
+        for (std::size_t k = 0; k < kernel.size(); ++k) add_scaled(kernel[k], row.data() + k, width, work_.data() + start);
+    }
+    std::fill(light.begin(), light.end(), 0.0f);
+    for (int y = 0; y < height_; ++y) {
+        for (int k = -reach; k <= reach; ++k) {
+            const auto from = static_cast<std::size_t>(std::clamp(y + k, 0, height_ - 1)) * width;
+            add_scaled(kernel[static_cast<std::size_t>(k + reach)], work_.data() + from, width, light.data() + static_cast<std::size_t>(y) * width);
         }
-    };
-    pass(light, work_, width_, 1, height_, width_);
-    pass(work_, light, height_, width_, width_, 1);
+    }
+}
+
+/// Running means over 2 radius + 1 places, along rows and then down columns; all columns at once, as they lie in memory.
+void Sensor::smear(std::vector<float>& light, int radius) {
+    const double places = 2 * radius + 1;
+    work_.resize(light.size());
+    for (int y = 0; y < height_; ++y) {
+        const float* row = light.data() + static_cast<std::ptrdiff_t>(y) * width_;
+        float* means = work_.data() + static_cast<std::ptrdiff_t>(y) * width_;
+        const auto at = [&](int x) { return row[std::clamp(x, 0, width_ - 1)]; };
+        double sum = 0;
+        for (int x = -radius; x <= radius; ++x) sum += static_cast<double>(at(x));
+        for (int x = 0; x < width_; ++x) {
+            means[x] = static_cast<float>(sum / places);
+            sum += static_cast<double>(at(x + radius + 1) - at(x - radius));
+        }
+    }
+    const auto row_at = [&](int y) { return work_.data() + static_cast<std::ptrdiff_t>(std::clamp(y, 0, height_ - 1)) * width_; };
+    sums_.assign(static_cast<std::size_t>(width_), 0);
+    for (int y = -radius; y <= radius; ++y) {
+        const float* row = row_at(y);
+        for (std::size_t x = 0; x < sums_.size(); ++x) sums_[x] += static_cast<double>(row[x]);
+    }
+    for (int y = 0; y < height_; ++y) {
+        float* means = light.data() + static_cast<std::ptrdiff_t>(y) * width_;
+        const float *in = row_at(y + radius + 1), *out = row_at(y - radius);
+        for (std::size_t x = 0; x < sums_.size(); ++x) {
+            means[x] = static_cast<float>(sums_[x] / places);
+            sums_[x] += static_cast<double>(in[x] - out[x]);
+        }
+    }
 }
 
 /// Three running means are nearly a Gaussian; the wide skirt of real glare comes from a second, wider one.
 void Sensor::add_glare(std::vector<float>& light) {
     if (!(glare_.part > 0)) return;
-    const auto running_mean = [&](std::vector<float>& v, int radius, int count, int step, int lines, int line_step) {
-        work_.resize(v.size());
-        for (int line = 0; line < lines; ++line) {
-            const auto at = [&](int i) { return v[static_cast<std::size_t>(line * line_step + std::clamp(i, 0, count - 1) * step)]; };
-            double sum = 0;
-            for (int i = -radius; i <= radius; ++i) sum += static_cast<double>(at(i));
-            for (int i = 0; i < count; ++i) {
-                work_[static_cast<std::size_t>(line * line_step + i * step)] = static_cast<float>(sum / (2 * radius + 1));
-                sum += static_cast<double>(at(i + radius + 1) - at(i - radius));
-            }
-        }
-        v.swap(work_);
-    };
     const std::vector<float> sharp = light;
     for (const double scale : {0.6, 2.0}) {
         glow_ = sharp;
         const int radius = std::max(1, static_cast<int>(std::lround(0.5 * scale * glare_.reach)));
-        for (int round = 0; round < 3; ++round) {
-            running_mean(glow_, radius, width_, 1, height_, width_);
-            running_mean(glow_, radius, height_, width_, width_, 1);
-        }
+        for (int round = 0; round < 3; ++round) smear(glow_, radius);
         const float part = static_cast<float>(0.5 * glare_.part);
         for (std::size_t i = 0; i < light.size(); ++i) light[i] += part * (glow_[i] - sharp[i]);
     }

@@ -69,6 +69,8 @@ public:
     void take(const std::vector<float>& exposed, std::uint64_t index, LumaImage& frame) const;
 
 private:
+    void smear(std::vector<float>& light, int radius);
+
     int width_, height_;
     SensorModel model_;
     GammaCurve gamma_;
@@ -76,6 +78,7 @@ private:
     std::uint64_t seed_;
     std::vector<float> work_;
     std::vector<float> glow_;
+    std::vector<double> sums_;
 };
 
 }  // namespace roomfix
