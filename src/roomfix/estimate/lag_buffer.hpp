@@ -28,7 +28,7 @@ public:
         const auto place = after - events_.begin();
         if (after == events_.end()) {
             events_.push_back(event);
-            run_to_end(step, place);
+            run(step, place, place + 1);
         } else {
             events_.insert(after, event);
             redo_from_place(place, step);
@@ -57,7 +57,7 @@ public:
         checkpoints_.clear();
         checkpoints_.push_back({first_, state});
         state_ = state;
-        run_to_end(step, first_);
+        run(step, first_, static_cast<Place>(events_.size()));
     }
 
     /// The state after the newest event.
@@ -87,17 +87,25 @@ private:
     };
     static constexpr Place stride = 16;
 
+    /// Where something changed, more will change soon: wheels are heard of a little after what was seen on the way. So that place becomes a checkpoint; of
+    /// those between whole strides only the last is kept.
     template <class Step>
     void redo_from_place(Place place, const Step& step) {
         while (checkpoints_.size() > 1 && checkpoints_.back().place > place) checkpoints_.pop_back();
         state_ = checkpoints_.back().state;
-        run_to_end(step, checkpoints_.back().place);
+        const Place from = checkpoints_.back().place;
+        run(step, from, place);
+        if (checkpoints_.back().place < place) {
+            const auto last = checkpoints_.size() - 1;
+            if (last > 0 && checkpoints_[last].place - checkpoints_[last - 1].place < stride) checkpoints_.pop_back();
+            checkpoints_.push_back({place, state_});
+        }
+        run(step, place, static_cast<Place>(events_.size()));
     }
 
     template <class Step>
-    void run_to_end(const Step& step, Place from) {
-        const auto end = static_cast<Place>(events_.size());
-        for (Place i = from; i < end; ++i) {
+    void run(const Step& step, Place from, Place to) {
+        for (Place i = from; i < to; ++i) {
             if (i - checkpoints_.back().place >= stride) checkpoints_.push_back({i, state_});
             step(state_, events_[static_cast<std::size_t>(i)]);
         }
