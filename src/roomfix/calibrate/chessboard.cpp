@@ -216,17 +216,16 @@ void refuse_poor_shots(std::vector<BoardShot>& shots, const Chessboard& board, d
 }
 
 std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& board) {
-    for (int far = 1; far <= 2; ++far) {
-        for (int columns = board.columns - far; columns <= board.columns + far; ++columns) {
-            for (int rows = board.rows - far; rows <= board.rows + far; ++rows) {
-                if (std::max(std::abs(columns - board.columns), std::abs(rows - board.rows)) != far || columns < 3 || rows < 3) continue;
-                const Chessboard other{columns, rows, board.square};
-                std::vector<cv::Point2f> corners;
-                if (detect(picture, other, corners)) return other;
-            }
-        }
-    }
-    return std::nullopt;
+    constexpr int least = 3, farthest = 2;  // corners each way; more off than that, it is no slip of counting
+    std::vector<cv::Point2f> corners;
+    cv::Mat squares;
+    const bool found = cv::findChessboardCornersSB(mat_of(picture), {least, least}, corners, cv::CALIB_CB_LARGER | cv::CALIB_CB_NORMALIZE_IMAGE, squares);
+    if (!found) return std::nullopt;
+    const int across = std::max(squares.cols, squares.rows), along = std::min(squares.cols, squares.rows);
+    const bool upright = board.columns < board.rows;
+    const Chessboard other{upright ? along : across, upright ? across : along, board.square};
+    const bool near = std::max(std::abs(other.columns - board.columns), std::abs(other.rows - board.rows)) <= farthest;
+    return near ? std::optional(other) : std::nullopt;
 }
 
 std::string board_svg(const Chessboard& board) {
