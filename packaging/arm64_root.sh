@@ -6,6 +6,7 @@ root=$(realpath -m "$1")
 shift
 apt=$root/.apt
 if [ -e "$root/.unpacked" ] && [ "$(cat "$root/.unpacked")" = "$*" ]; then exit; fi
+echo "arm64_root.sh: fetching Debian's arm64 packages into $root" >&2
 mkdir -p "$apt/state/lists/partial" "$apt/cache/archives/partial"
 touch "$apt/state/status"
 cat >"$apt/apt.conf" <<END

@@ -29,11 +29,17 @@ CameraModel random_model(Random& random) {
         {random.uniform(-0.4, 0.3), random.uniform(-0.5, 0.5), random.uniform(-0.005, 0.005), random.uniform(-0.005, 0.005), random.uniform(-1, 1)});
 }
 
+/// A lens, and a pixel of its picture.
+std::pair<CameraModel, Eigen::Vector2d> random_sight(std::uint64_t seed) {
+    Random random(seed);
+    const CameraModel model = random_model(random);
+    const double x = random.uniform(0, 639);
+    return {model, {x, random.uniform(0, 479)}};
+}
+
 TEST(CameraModel, PixelToRayAndBackAgreesWherePossible) {
     EXPECT_TRUE(rc::check("project(unproject(p)) == p within 1e-9 px, or unproject says no", [](std::uint64_t seed) {
-        Random random(seed);
-        const CameraModel model = random_model(random);
-        const Eigen::Vector2d pixel(random.uniform(0, 639), random.uniform(0, 479));
+        const auto [model, pixel] = random_sight(seed);
         const auto ray = unproject(model, pixel);
         if (!ray) return;
         const auto again = project(model, ray->homogeneous());
@@ -44,9 +50,7 @@ TEST(CameraModel, PixelToRayAndBackAgreesWherePossible) {
 
 TEST(CameraModel, ARayBesideAKnownOneIsTheSameAsAlone) {
     EXPECT_TRUE(rc::check("unproject_beside(p, any) == unproject(p)", [](std::uint64_t seed) {
-        Random random(seed);
-        const CameraModel model = random_model(random);
-        const Eigen::Vector2d pixel(random.uniform(0, 638), random.uniform(0, 479));
+        const auto [model, pixel] = random_sight(seed);
         const auto ray = unproject(model, pixel);
         for (const double off : {1.0, -30.0}) {
             const auto beside = unproject_beside(model, pixel, unproject(model, pixel + Eigen::Vector2d(off, 0)));

@@ -225,7 +225,8 @@ std::optional<Chessboard> other_board_in(LumaView picture, const Chessboard& boa
     const bool upright = board.columns < board.rows;
     const Chessboard other{upright ? along : across, upright ? across : along, board.square};
     const bool near = std::max(std::abs(other.columns - board.columns), std::abs(other.rows - board.rows)) <= farthest;
-    return near ? std::optional(other) : std::nullopt;
+    // A part of a board is none of that size: what is named must be found as such.
+    return near && detect(picture, other, corners) ? std::optional(other) : std::nullopt;
 }
 
 std::string board_svg(const Chessboard& board) {

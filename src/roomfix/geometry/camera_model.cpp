@@ -191,6 +191,11 @@ std::optional<Eigen::Vector2d> project(const CameraModel& model, const Eigen::Ve
 
 namespace {
 
+/// A pixel as a point on the plane at distance 1, still distorted.
+Eigen::Vector2d without_focal(const CameraModel& model, const Eigen::Vector2d& pixel) {
+    return {(pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy};
+}
+
 /// Newton's steps from `p` to the undistorted point of `target`; nothing after so many. Steps that leave the invertible part are halved.
 std::optional<Eigen::Vector2d> newton_unproject(const CameraModel& model, const Eigen::Vector2d& target, Eigen::Vector2d p, int most_steps,
                                                 Eigen::Matrix2d* jacobian) {
@@ -218,7 +223,7 @@ std::optional<Eigen::Vector2d> newton_unproject(const CameraModel& model, const 
 
 /// The same without a grid.
 std::optional<Eigen::Vector2d> unproject_ideal(const CameraModel& model, const Eigen::Vector2d& pixel, Eigen::Matrix2d* jacobian) {
-    const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
+    const Eigen::Vector2d target = without_focal(model, pixel);
     const double distorted_radius = target.norm();
     if (!std::isfinite(distorted_radius)) return std::nullopt;
     const auto radius = invert_radius(model, distorted_radius);
@@ -242,7 +247,7 @@ std::optional<Eigen::Vector2d> unproject(const CameraModel& model, const Eigen::
 std::optional<Eigen::Vector2d> unproject_beside(const CameraModel& model, const Eigen::Vector2d& pixel, const std::optional<Eigen::Vector2d>& neighbour) {
     constexpr int few = 5;
     if (!model.grid && neighbour) {
-        const Eigen::Vector2d target((pixel.x() - model.cx) / model.fx, (pixel.y() - model.cy) / model.fy);
+        const Eigen::Vector2d target = without_focal(model, pixel);
         if (const auto ray = newton_unproject(model, target, *neighbour, few, nullptr)) return ray;
     }
     return unproject(model, pixel);
